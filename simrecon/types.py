@@ -1,0 +1,269 @@
+"""The frozen data types that pass between the stages; the path of the data is in `reconstruct`.
+
+Array axes: T frames, J 2D landmarks, K 3D joints, N simulation steps, P population, W windows, B joints of
+the body. World: right-handed, z up. Camera: OpenCV (x right, y down, z forward). Quaternions wxyz.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A calibrated camera.
+
+    Attributes:
+        matrix_px: (3, 3) intrinsic matrix K.
+        distortion: (5,) OpenCV coefficients k1 k2 p1 p2 k3.
+        world_to_camera: (4, 4) or (T, 4, 4) rigid transform, or None where the extrinsics are unknown.
+        image_size_px: (width, height).
+    """
+
+    matrix_px: Array
+    distortion: Array
+    world_to_camera: Array | None
+    image_size_px: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What one camera saw of a person (`simrecon.evidence/1`).
+
+    Attributes:
+        times_s: (T,) increasing.
+        keypoint_names: J names, empty without 2D landmarks.
+        keypoints_px: (T, J, 2), NaN = not seen.
+        scores: (T, J) in [0, 1].
+        joint_names: K names, empty without a 3D estimate.
+        joints_m: (T, K, 3), NaN = unknown.
+        joints_frame: `world`, `camera` or `camera_root_relative`.
+        rotation_names, rotations: B names and (T, B, 4) local joint rotations, or None.
+        betas, mass_kg, height_m: what is known of the person, or None.
+        camera: None where no intrinsics are given.
+        sha256: of the file it was read from, `""` if made in memory.
+    """
+
+    times_s: Array
+    keypoint_names: tuple[str, ...]
+    keypoints_px: Array
+    scores: Array
+    joint_names: tuple[str, ...]
+    joints_m: Array
+    joints_frame: str
+    rotation_names: tuple[str, ...] = ()
+    rotations: Array | None = None
+    betas: Array | None = None
+    mass_kg: float | None = None
+    height_m: float | None = None
+    camera: Camera | None = None
+    sha256: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """One rigid shape of the body.
+
+    Attributes:
+        name: unique among the primitives.
+        segment: the body it is part of: `pelvis` or the name of a joint.
+        kind: `capsule` (two end points and a radius) or `box` (centre and half sizes, axes of the segment).
+        points_m: capsule (2, 3) end points, box (1, 3) centre, in the frame of the segment.
+        size_m: capsule (1,) radius, box (3,) half sizes.
+        mass_kg: its share of the body mass.
+    """
+
+    name: str
+    segment: str
+    kind: str
+    points_m: Array
+    size_m: Array
+    mass_kg: float
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The kinematic tree: a free pelvis and 16 ball joints; every joint carries the segment of its name.
+
+    World rotation of segment b: R_b = R_parent · rest_b · q_b, with q_b the joint's rotation in `qpos`;
+    its origin: o_b = o_parent + R_parent · offset_b.
+
+    Attributes:
+        names: 17 segment names, `pelvis` first, parents before children; names[1:] are also the joint names.
+        parents: (17,) index of the parent, -1 for the pelvis.
+        offsets_m: (17, 3) joint centre in the parent's frame; the pelvis' row is zero.
+        rest: (17, 4) orientation of the segment in its parent's frame at the centre of the joint's range.
+        point_names: names of the landmark points (28 of the core paper, then further joint centres).
+        point_segments: (M,) segment index of each point.
+        point_offsets_m: (M, 3) in the frame of the segment.
+        limits_rad: (16, 3, 2) range of each component of the joint's rotation vector.
+    """
+
+    names: tuple[str, ...]
+    parents: IntArray
+    offsets_m: Array
+    rest: Array
+    point_names: tuple[str, ...]
+    point_segments: IntArray
+    point_offsets_m: Array
+    limits_rad: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A person: kinematic tree, primitives, mass, and the MJCF made of them (the person alone, no scene)."""
+
+    betas: Array
+    height_m: float
+    mass_kg: float
+    skeleton: Skeleton
+    primitives: tuple[Primitive, ...]
+    mjcf: str
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The floor: a horizontal plane."""
+
+    height_m: float = 0.0
+    friction: float = 0.9
+
+
+@dataclass(frozen=True)
+class SceneItem:
+    """A fixed thing that the person may touch; `size_m` = full lengths along its own x, y, z."""
+
+    name: str
+    kind: str
+    position_m: tuple[float, float, float]
+    size_m: tuple[float, float, float]
+    yaw_rad: float = 0.0
+    friction: float = 0.9
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Floor and things of `scene.toml`; an item stands with the centre of its underside at its position."""
+
+    ground: Ground = field(default_factory=Ground)
+    items: tuple[SceneItem, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicFit:
+    """Root and joint angles of all frames, in the world of the scene; no physics yet.
+
+    Attributes:
+        body, scene: what was fitted, where.
+        camera: with extrinsics resolved to the world of `scene`, or None.
+        times_s: (T,) uniform.
+        qpos: (T, 7 + 4 * 16) root position, root quaternion, joint quaternions.
+        com_m: (T, 3).
+        reprojection_px: (T, J), NaN where a landmark was not seen.
+        interpolated: (T,) frames in which the person was out of view.
+        iterations: of the optimiser.
+        loss: at the end, by term.
+    """
+
+    body: Body
+    scene: Scene
+    camera: Camera | None
+    times_s: Array
+    qpos: Array
+    com_m: Array
+    reprojection_px: Array
+    interpolated: NDArray[np.bool_]
+    iterations: int
+    loss: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Window:
+    """One piece of the clip, in simulation steps: optimised over [start, end), kept over [start, commit)."""
+
+    index: int
+    start_step: int
+    commit_step: int
+    end_step: int
+
+
+@dataclass(frozen=True, eq=False)
+class Handover:
+    """What one window passes to the next: full integration state with solver warm start, and spline knots.
+
+    Attributes:
+        state: (nstate,) `mjSTATE_INTEGRATION`.
+        knots_rad: (Q, nu) control offsets of the whole clip so far; knots not yet reached are zero.
+        sigma_rad: (Q, nu) step sizes that were left at the end, by knot, or None at the start.
+    """
+
+    state: Array
+    knots_rad: Array
+    sigma_rad: Array | None = None
+
+
+class WindowStatus(Enum):
+    """How the optimisation of a window ended."""
+
+    GENERATIONS = "all generations used"
+    CONVERGED = "loss and step size converged"
+    FAILED = "no rollout stayed finite"
+
+
+@dataclass(frozen=True, eq=False)
+class WindowResult:
+    """One solved window.
+
+    Attributes:
+        window: which.
+        ctrl: (commit_step - start_step, nu) the committed control.
+        states: (commit_step - start_step + 1, nstate) the committed states, the first included.
+        loss: best total loss; loss_terms: its weighted terms by name.
+        trace: (G,) best loss by generation.
+        evaluations, seconds, stepping_s: rollouts done, wall time, wall time within MuJoCo.
+        handover: to the next window.
+    """
+
+    window: Window
+    ctrl: Array
+    states: Array
+    loss: float
+    loss_terms: dict[str, float]
+    trace: Array
+    evaluations: int
+    seconds: float
+    stepping_s: float
+    status: WindowStatus
+    handover: Handover
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md."""
+
+    times_s: Array
+    frame_step: IntArray
+    status: NDArray[np.uint8]
+    qpos: Array
+    qvel: Array
+    state0: Array
+    ctrl: Array
+    joint_names: tuple[str, ...]
+    joints_m: Array
+    com_m: Array
+    torque_Nm: Array
+    contact_body: tuple[str, ...]
+    contact_force_N: Array
+    contact_point_m: Array
+    grf_N: Array
+
+
+Report = dict[str, Any]
