@@ -1,0 +1,86 @@
+"""The 26 primitives of a person and their masses."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from simrecon import resources
+from simrecon.body import names
+from simrecon.types import Primitive, Skeleton
+
+
+@cache
+def _entries() -> tuple[dict[str, Any], ...]:
+    data = resources.toml("models", "body", "primitives.toml")
+    return tuple(side for entry in data["primitive"] for side in names.mirrored(entry))
+
+
+def default_mass_kg(height_m: float) -> float:
+    """Mass from stature where none is given: body mass index times stature² (`models/body/mass.toml`)."""
+    return float(resources.toml("models", "body", "mass.toml")["whole"]["bmi_kgpm2"]) * height_m**2
+
+
+def default_height_m() -> float:
+    """Stature where nothing is known of the person."""
+    return float(resources.toml("models", "body", "mass.toml")["whole"]["stature_m"])
+
+
+def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> tuple[Primitive, ...]:
+    """Primitives along the bones of a skeleton.
+
+    Args:
+        skeleton: with measured lengths.
+        height_m: stature that proportions refer to.
+        mass_kg: of the whole person, shared out by de Leva 1996.
+        sole_m: how far the sole lies below the heel and toe points.
+    """
+    percent = resources.toml("models", "body", "mass.toml")
+    bmi = mass_kg / height_m**2
+    width = height_m * np.sqrt(bmi / percent["whole"]["bmi_kgpm2"])
+    masses = _masses(percent["percent"], mass_kg)
+    made = []
+    for entry in _entries():
+        if entry["kind"] == "capsule":
+            points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * width])
+        elif "sole" in entry:
+            points, size = _sole(entry, skeleton, height_m, width, sole_m)
+        else:
+            points, size = np.array([entry["centre"]]) * height_m, np.array(entry["half"]) * height_m
+        made.append(
+            Primitive(entry["name"], entry["segment"], entry["kind"], points, size, masses[entry["name"]])
+        )
+    return tuple(made)
+
+
+def _masses(percent: dict[str, float], mass_kg: float) -> dict[str, float]:
+    total = sum(percent[entry["part"]] * entry["share"] for entry in _entries())
+    return {e["name"]: mass_kg * percent[e["part"]] * e["share"] / total for e in _entries()}
+
+
+def _capsule(
+    entry: dict[str, Any], skeleton: Skeleton, height_m: float
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    if "along" in entry:
+        bone = skeleton.offsets_m[skeleton.names.index(entry["to_joint"])]
+        return np.outer(entry["along"], bone)  # (2, 3)
+    return np.array([entry["from"], entry["to"]]) * height_m  # (2, 3)
+
+
+def _sole(
+    entry: dict[str, Any], skeleton: Skeleton, height_m: float, width: float, sole_m: float
+) -> tuple[np.ndarray[Any, np.dtype[np.float64]], np.ndarray[Any, np.dtype[np.float64]]]:
+    side = entry["name"].split("_")[0]
+    heel, toe = (
+        skeleton.point_offsets_m[skeleton.point_names.index(f"{side}_{end}")] for end in ("heel", "toe")
+    )
+    measured = toe[0] - heel[0]
+    # Some estimates give the tip of the toe, others its joint, and a foot is at most a third longer than
+    # from heel to that joint.
+    length = float(np.clip(entry["length"] * height_m, measured, 1.35 * measured))
+    bottom = 0.5 * (heel[2] + toe[2]) - sole_m
+    thickness = min(entry["thickness"] * height_m, -0.9 * bottom)
+    centre = np.array([[heel[0] + 0.5 * length, 0.5 * (heel[1] + toe[1]), bottom + 0.5 * thickness]])
+    return centre, np.array([0.5 * length, entry["half_breadth"] * width, 0.5 * thickness])

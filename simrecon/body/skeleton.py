@@ -1,0 +1,187 @@
+"""The kinematic tree, scaled to the lengths measured in the evidence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from simrecon import resources, rotations
+from simrecon.body import names
+from simrecon.types import Array, Evidence, Skeleton
+
+ROOT = "pelvis"
+FOOT_SHARE = (0.065, 0.17)
+"""Heel to toe as a share of stature: outside of it an estimate of the foot is not believed."""
+
+
+@cache
+def joints() -> tuple[dict[str, Any], ...]:
+    """The 16 joints of `models/body/skeleton.toml` on both sides, depth first as MuJoCo numbers them."""
+    data = resources.toml("models", "body", "skeleton.toml")
+    entries = [side for entry in data["joint"] for side in names.mirrored(entry)]
+
+    def below(parent: str) -> list[dict[str, Any]]:
+        children = [entry for entry in entries if entry["parent"] == parent]
+        return [joint for child in children for joint in (child, *below(child["name"]))]
+
+    return tuple(below(ROOT))
+
+
+@cache
+def _lengths() -> tuple[dict[str, Any], ...]:
+    return tuple(resources.toml("models", "body", "skeleton.toml")["length"])
+
+
+@cache
+def template() -> Skeleton:
+    """The skeleton of unit stature, before any length is measured."""
+    order = (ROOT, *(joint["name"] for joint in joints()))
+    index = {name: i for i, name in enumerate(order)}
+    points = names.points()
+    rest = np.array([[0.0, 0.0, 0.0]] + [joint["rest_deg"] for joint in joints()])
+    return Skeleton(
+        names=order,
+        parents=np.array([-1] + [index[joint["parent"]] for joint in joints()]),
+        offsets_m=np.array([[0.0, 0.0, 0.0]] + [joint["offset"] for joint in joints()]),
+        rest=rotations.exp(np.radians(rest)),
+        point_names=tuple(point["name"] for point in points),
+        point_segments=np.array([index[point["segment"]] for point in points]),
+        point_offsets_m=np.array([point["offset"] for point in points]),
+        limits_rad=np.radians(np.array([joint["range_deg"] for joint in joints()], dtype=float)),
+    )
+
+
+def t_pose_m(skeleton: Skeleton) -> Array:
+    """Joint centres (17, 3) in a T-pose with the pelvis at the origin."""
+    origins = np.zeros_like(skeleton.offsets_m)
+    for i, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            origins[i] = origins[parent] + skeleton.offsets_m[i]
+    return origins
+
+
+def stature_m(skeleton: Skeleton) -> float:
+    """Height of a T-pose from the sole to the top of the skull (`models/body/primitives.toml`)."""
+    origins = t_pose_m(skeleton)
+    unit = template()
+    head = skeleton.names.index("head")
+    skull = next(
+        p for p in resources.toml("models", "body", "primitives.toml")["primitive"] if p["name"] == "skull"
+    )
+    ratio = np.linalg.norm(skeleton.offsets_m[head]) / np.linalg.norm(unit.offsets_m[head])
+    top = origins[head, 2] + ratio * (skull["to"][2] + skull["radius"])
+    heel = skeleton.point_names.index("left_heel")
+    sole = origins[skeleton.point_segments[heel], 2] + skeleton.point_offsets_m[heel, 2]
+    return float(top - sole)
+
+
+def measure(evidence: Evidence) -> dict[str, float]:
+    """Lengths in the 3D estimate, m: median over frames, left and right averaged.
+
+    Returns:
+        By name of `models/body/skeleton.toml`, and `ankle_heel`, `ankle_toe`, `heel_toe`; those that can't be
+        measured are missing.
+    """
+    where = {
+        int(point): k for k, point in enumerate(names.resolve(evidence.joint_names)) if point != names.IGNORED
+    }
+    index = {name: i for i, name in enumerate(template().point_names)}
+
+    def mean_of(points: list[str]) -> Array | None:
+        columns = [where.get(index[name]) for name in points]
+        if any(column is None for column in columns):
+            return None
+        return np.mean([evidence.joints_m[:, column] for column in columns], axis=0)  # type: ignore[no-any-return]  # (T, 3)
+
+    def length(start: list[str], end: list[str]) -> float:
+        found = []
+        for side in ("left_", "right_"):
+            a, b = (mean_of([_on_side(p, side, start + end) for p in points]) for points in (start, end))
+            if a is not None and b is not None and np.isfinite(a + b).any():
+                found.append(float(np.nanmedian(np.linalg.norm(a - b, axis=-1))))
+        return float(np.mean(found)) if found else np.nan
+
+    measured = {entry["name"]: length(entry["from"], entry["to"]) for entry in _lengths()}
+    for start, end in (("ankle", "heel"), ("ankle", "toe"), ("heel", "toe")):
+        measured[f"{start}_{end}"] = length([f"left_{start}"], [f"left_{end}"])
+    return {name: value for name, value in measured.items() if np.isfinite(value) and value > 0}
+
+
+def _on_side(point: str, side: str, points: list[str]) -> str:
+    """The point on the other side, unless the length goes across the body."""
+    across = any(p.startswith("right_") for p in points)
+    return point if across else point.replace("left_", side, 1)
+
+
+def scaled(
+    lengths_m: dict[str, float], height_m: float | None = None, stature_default_m: float = 1.7
+) -> Skeleton:
+    """The template with measured lengths, and, where the person's height is known, scaled to it as a whole.
+
+    Args:
+        lengths_m: from `measure`; may be empty.
+        height_m: of the person, or None.
+        stature_default_m: where neither height nor any length is known.
+    """
+    unit = template()
+    expected = measure_template(unit)
+    ratios = {name: lengths_m[name] / expected[name] for name in expected if name in lengths_m}
+    overall = float(np.median(list(ratios.values()))) if ratios else (height_m or stature_default_m)
+    offsets = unit.offsets_m * overall
+    points = unit.point_offsets_m * overall
+    order = {name: i for i, name in enumerate(unit.names)}
+    for entry in _lengths():
+        ratio = ratios.get(entry["name"], ratios.get(entry.get("fallback", ""), overall))
+        for target in entry["scales"]:
+            joint, axis = target.split(".")
+            for side in {joint, joint.replace("left_", "right_", 1)}:
+                row, column = order[side], "xyz".index(axis)
+                offsets[row, column] = unit.offsets_m[row, column] * ratio
+    head = ratios.get("head", overall)
+    for row, name in enumerate(unit.point_names):
+        if unit.names[unit.point_segments[row]] == "head":
+            points[row] = unit.point_offsets_m[row] * head
+        elif name.endswith(("_heel", "_toe")):
+            points[row] = _foot_point(name.split("_")[1], lengths_m, overall, points[row])
+    skeleton = replace(unit, offsets_m=offsets, point_offsets_m=points)
+    return skeleton if height_m is None else rescaled(skeleton, height_m / stature_m(skeleton))
+
+
+def rescaled(skeleton: Skeleton, factor: float) -> Skeleton:
+    """The skeleton with all lengths times `factor`."""
+    return replace(
+        skeleton,
+        offsets_m=skeleton.offsets_m * factor,
+        point_offsets_m=skeleton.point_offsets_m * factor,
+    )
+
+
+def measure_template(skeleton: Skeleton) -> dict[str, float]:
+    """The lengths of `measure` on a skeleton in T-pose, m."""
+    places = t_pose_m(skeleton)[skeleton.point_segments] + skeleton.point_offsets_m  # (M, 3)
+    at = dict(zip(skeleton.point_names, places, strict=True))
+    lengths = {}
+    for entry in _lengths():
+        start, end = (np.mean([at[point] for point in entry[key]], axis=0) for key in ("from", "to"))
+        lengths[entry["name"]] = float(np.linalg.norm(end - start))
+    return lengths
+
+
+def _foot_point(which: str, lengths_m: dict[str, float], scale: float, default: Array) -> Array:
+    """Heel or toe from the triangle ankle-heel-toe, its base level in the T-pose (Heron's formula)."""
+    try:
+        a, b, c = (lengths_m[key] for key in ("ankle_heel", "ankle_toe", "heel_toe"))
+    except KeyError:
+        return default
+    half = 0.5 * (a + b + c)
+    if not FOOT_SHARE[0] < c / scale < FOOT_SHARE[1]:
+        return default
+    area_squared = half * (half - a) * (half - b) * (half - c)
+    if area_squared <= 0:
+        return default
+    drop = 2 * np.sqrt(area_squared) / c
+    forward = -np.sqrt(a**2 - drop**2) if which == "heel" else np.sqrt(b**2 - drop**2)
+    return np.array([forward, 0.0, -drop])

@@ -1,0 +1,122 @@
+"""Plans: every shipped one loads; every slip in one is a clear line."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from simrecon import plan as plans
+from simrecon import resources
+from simrecon.errors import InputError
+
+WINDOWS = resources.folder("windows")
+DEFAULT = (WINDOWS / "default.toml").read_text(encoding="utf-8")
+
+
+def test_the_shipped_plans() -> None:
+    assert plans.names() == ("default", "flips", "overnight", "paper", "quick")
+
+
+@pytest.mark.parametrize("name", plans.names())
+def test_a_plan_is_one_to_one_with_its_file(name: str) -> None:
+    table = tomllib.loads((WINDOWS / f"{name}.toml").read_text(encoding="utf-8"))
+    found = plans.to_dict(plans.read(name))
+    assert found == table
+    assert json.loads(json.dumps(found)) == table
+
+
+@pytest.mark.parametrize("name", plans.names())
+def test_every_number_has_a_reason_beside_it(name: str) -> None:
+    lines = (WINDOWS / f"{name}.toml").read_text(encoding="utf-8").splitlines()
+    for above, line in itertools.pairwise(lines):
+        if re.match(r"\w+ = [\d\".]", line) and not line.startswith("purpose"):
+            assert above.startswith("# "), line
+
+
+def test_paper_has_the_settings_of_the_paper() -> None:
+    paper = plans.read("paper")
+    loss = paper.loss
+    assert (loss.com_position, loss.com_velocity, loss.pose, loss.reprojection) == (15, 15, 0.5, 4)
+    assert (loss.prior, loss.total_variation, loss.joint_limit, loss.landmark) == (1, 1, 1, 0)
+    assert (paper.optimiser.population, paper.optimiser.generations) == (100, 2000)
+    assert paper.simulation.timestep_max_s == 1 / 200
+    assert paper.window.length_s == 1.0
+
+
+def test_commit_is_what_the_next_window_does_not_share() -> None:
+    window = replace(plans.read("default").window, length_s=0.5, overlap_s=0.125)
+    assert window.commit_s == 0.375
+
+
+def test_own_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(re.sub("population = .*", "population = 77", DEFAULT), encoding="utf-8")
+    assert plans.read(path).optimiser.population == 77
+    assert plans.read(str(path)) == plans.read(path)
+
+
+def test_a_whole_number_is_accepted_for_a_float() -> None:
+    found = plans.parse(re.sub("bound_rad = .*", "bound_rad = 1", DEFAULT)).optimiser.bound_rad
+    assert found == 1.0
+    assert isinstance(found, float)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "new", "words"),
+    [
+        (
+            "sigma_rad =",
+            "sigma_rda =",
+            ("[optimiser]", "'sigma_rda'", "did you mean 'sigma_rad'", "bound_rad"),
+        ),
+        ("sigma_rad = .*", "", ("[optimiser]", "lacks", "'sigma_rad'")),
+        (r"\[loss\]", "[losses]", ("'losses'", "did you mean 'loss'", "kinematics")),
+        (r"\[simulation\]\n.*\ntimestep_max_s = .*", "simulation = 3", ("[simulation]", "table", "3")),
+        ("purpose = .*", "", ("lacks", "'purpose'")),
+        ("purpose = .*", "purpose = 1", ("purpose", "text", "1")),
+        ("covariance = .*", 'covariance = "fulll"', ("covariance", "diagonal, full", "'fulll'")),
+        ("population = .*", "population = 40.0", ("population", "whole number", "40.0")),
+        ("population = .*", "population = true", ("population", "whole number", "True")),
+        ("population = .*", "population = 1", ("population", "from 4 to", "found 1")),
+        ("sigma_rad = .*", "sigma_rad = true", ("sigma_rad", "a number", "True")),
+        ("sigma_rad = .*", "sigma_rad = nan", ("sigma_rad", "nan")),
+        ("tol_loss = .*", "tol_loss = inf", ("tol_loss", "at least 0", "inf")),
+        ("tol_loss = .*", f"tol_loss = 1{'0' * 400}", ("tol_loss", "at least 0")),
+        ("tol_loss = .*", "tol_loss = -1", ("tol_loss", "at least 0", "-1")),
+        ("pose = .*", 'pose = "0.5"', ("[loss] pose", "a number", "'0.5'")),
+        ("overlap_s = .*", "overlap_s = 0.5", ("overlap_s", "below length_s", "0.5")),
+        ("knot_spacing_s = .*", "knot_spacing_s = 9", ("knot_spacing_s", "at most length_s", "9")),
+        (r"\[window\]", "[window", ("not valid TOML",)),
+    ],
+)
+def test_bad_plans_are_one_clear_line(pattern: str, new: str, words: tuple[str, ...]) -> None:
+    text, count = re.subn(rf"^{pattern}", new, DEFAULT, flags=re.M)
+    assert count == 1
+    with pytest.raises(InputError) as caught:
+        plans.parse(text, "p.toml")
+    message = str(caught.value)
+    assert message.startswith("p.toml:")
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def test_an_unknown_name_lists_the_plans() -> None:
+    with pytest.raises(InputError) as caught:
+        plans.read("defualt")
+    assert "did you mean 'default'" in str(caught.value)
+    for name in plans.names():
+        assert name in str(caught.value)
+
+
+def test_a_file_that_is_not_text(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="can't read the plan"):
+        plans.read(path)
