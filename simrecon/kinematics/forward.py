@@ -1,0 +1,86 @@
+"""Forward kinematics of all frames, and its adjoint: from gradients of points to gradients of the pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simrecon import rotations
+from simrecon.types import Array, IntArray, Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Segments of all frames in the world.
+
+    Attributes:
+        origins_m: (17, T, 3) joint centres.
+        axes: (17, T, 3, 3) rotation matrices R_b, segment → world.
+        before: (17, T, 3, 3) R_parent · rest_b: the frame in which the joint's rotation vector is given.
+        jacobians: (17, T, 3, 3) left Jacobian of each rotation vector.
+    """
+
+    origins_m: Array
+    axes: Array
+    before: Array
+    jacobians: Array
+
+
+def forward(skeleton: Skeleton, root_m: Array, root_base: Array, rotvecs: Array, scale: float) -> Pose:
+    """Positions and orientations of the 17 segments.
+
+    Args:
+        skeleton: unscaled.
+        root_m: (T, 3).
+        root_base: (T, 3, 3) orientation from which the root's rotation vector is counted.
+        rotvecs: (17, T, 3) rotation vectors, root first.
+        scale: factor on all lengths.
+    """
+    count, frames = rotvecs.shape[:2]
+    local = rotations.matrix(rotations.exp(rotvecs))  # (17, T, 3, 3)
+    rest = rotations.matrix(skeleton.rest)  # (17, 3, 3)
+    origins, axes, before = np.empty((count, frames, 3)), np.empty_like(local), np.empty_like(local)
+    origins[0], before[0] = root_m, root_base
+    axes[0] = root_base @ local[0]
+    for b in range(1, count):
+        parent = skeleton.parents[b]
+        origins[b] = origins[parent] + axes[parent] @ (scale * skeleton.offsets_m[b])
+        before[b] = axes[parent] @ rest[b]
+        axes[b] = before[b] @ local[b]
+    return Pose(origins, axes, before, rotations.left_jacobian(rotvecs))
+
+
+def points(pose: Pose, segments: IntArray, offsets_m: Array) -> Array:
+    """World positions (M, T, 3) of points fixed to segments at offsets_m (M, 3)."""
+    return pose.origins_m[segments] + (pose.axes[segments] @ offsets_m[:, None, :, None])[..., 0]
+
+
+def adjoint(
+    skeleton: Skeleton, pose: Pose, segments: IntArray, points_m: Array, gradient: Array
+) -> tuple[Array, Array]:
+    """Gradient with respect to the pose of a loss with known gradient with respect to points.
+
+    The forces on a subtree add up; their moment about the joint, pulled back through the rotation vector, is
+    the gradient: dE/dv = J_l(v)ᵀ (R_parent rest)ᵀ Σ (p - o) × dE/dp.
+
+    Args:
+        skeleton: gives the tree.
+        pose: from `forward`.
+        segments: (M,) segment of each point.
+        points_m: (M, T, 3) from `points`.
+        gradient: (M, T, 3) dE/dp.
+
+    Returns:
+        dE/d root_m (T, 3) and dE/d rotvecs (17, T, 3).
+    """
+    count, frames = pose.origins_m.shape[:2]
+    force, moment = np.zeros((count, frames, 3)), np.zeros((count, frames, 3))
+    np.add.at(force, segments, gradient)
+    np.add.at(moment, segments, np.cross(points_m, gradient))  # about the world's origin
+    for b in range(count - 1, 0, -1):
+        force[skeleton.parents[b]] += force[b]
+        moment[skeleton.parents[b]] += moment[b]
+    about_joint = moment - np.cross(pose.origins_m, force)  # (17, T, 3)
+    local = np.swapaxes(pose.before @ pose.jacobians, -1, -2) @ about_joint[..., None]
+    return force[0], local[..., 0]

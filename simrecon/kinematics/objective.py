@@ -1,0 +1,270 @@
+"""The kinematic objective of a whole clip, with its analytic gradient."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simrecon import rotations
+from simrecon import scene as scenes
+from simrecon.kinematics import forward, terms
+from simrecon.plan import Kinematics
+from simrecon.types import Array, IntArray, Primitive, Scene, Skeleton
+
+SIGMA_LIMIT_RAD = 0.1
+SIGMA_PENETRATION_M = 0.01
+SIGMA_TOUCH_M = 0.05
+SIGMA_STAND_M = 0.1
+SIGMA_STILL_MPS = 0.1
+SIGMA_SMOOTH_MPS2 = 20.0
+SIGMA_SMOOTH_RADPS2 = 100.0
+# A person is pushed sideways by friction only, and upwards by a few times body weight at most.
+SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
+SOLE_M, SIGMA_SOLE_M, SOLE_RANGE_M = 0.0, 0.015, (-0.03, 0.06)
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """What the pose is held against; M points of the body, T frames.
+
+    Attributes:
+        interval_s: between frames.
+        rays: (M, T, 2) undistorted detections x/z, y/z; ray_weights: (M, T); ray_sigma: in the same units.
+        world_to_camera: (4, 4) or (T, 4, 4), or None without 2D landmarks.
+        joints_m: (M, T, 3) 3D estimate, world axes, relative to its root; joint_weights: (M, T).
+        place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
+        root_weights: (M,) with which points' mean is the root of the 3D estimate.
+        standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
+        scale_sigma: how well the skeleton's scale is known (natural logarithm).
+        neutral, spread: (16, 3) mean and standard deviation of the joints' rotation vectors (pose prior).
+    """
+
+    interval_s: float
+    rays: Array
+    ray_weights: Array
+    ray_sigma: float
+    world_to_camera: Array | None
+    joints_m: Array
+    joint_weights: Array
+    place_m: Array
+    place_weights: Array
+    root_weights: Array
+    standing: Array
+    scale_sigma: float
+    neutral: Array
+    spread: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Variables:
+    """Unknowns of the fit: root_m (T, 3), rotvecs (17, T, 3), natural logarithm of the scale, sole_m."""
+
+    root_m: Array
+    rotvecs: Array
+    log_scale: float
+    sole_m: float
+
+    def pack(self) -> Array:
+        """As one vector."""
+        return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), [self.log_scale, self.sole_m]))
+
+    @staticmethod
+    def unpack(x: Array, frames: int) -> Variables:
+        """From one vector."""
+        return Variables(
+            x[: 3 * frames].reshape(frames, 3),
+            x[3 * frames : -2].reshape(-1, frames, 3),
+            float(x[-2]),
+            float(x[-1]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Spheres that stand for the primitives where they may touch the scene.
+
+    Attributes:
+        segments: (G,); offsets_m: (G, 3); radii_m: (G,).
+        drop: (G, 3) how the point moves as the sole goes down by a metre.
+        mass_share: (G,) weights whose mean of the points is the centre of mass.
+        soles: (2, 4) rows of the corners of the left and the right sole.
+    """
+
+    segments: IntArray
+    offsets_m: Array
+    radii_m: Array
+    drop: Array
+    mass_share: Array
+    soles: IntArray
+
+
+def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
+    """Ends of the capsules and corners of the boxes; `primitives` made with sole_m = 0."""
+    segments, offsets, radii, sole, owner, mass = [], [], [], [], [], []
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    for part in primitives:
+        capsule = part.kind == "capsule"
+        places = part.points_m if capsule else part.points_m + signs * part.size_m
+        for place in places:
+            segments.append(skeleton.names.index(part.segment))
+            offsets.append(place)
+            radii.append(part.size_m[0] if capsule else 0.0)
+            sole.append(float(part.name.endswith("_foot")))
+            owner.append(part.name)
+            mass.append(part.mass_kg / len(places))
+    parts = np.array(owner)
+    drop = np.outer(sole, [0.0, 0.0, -1.0])
+    # corners with the lower sign of z come first in every pair
+    soles = np.array([np.flatnonzero(parts == f"{side}_foot")[::2] for side in ("left", "right")])
+    return ContactPoints(
+        np.array(segments),
+        np.array(offsets),
+        np.array(radii),
+        drop,
+        np.array(mass) / sum(mass),
+        soles,
+    )
+
+
+class Objective:
+    """Loss of a clip's kinematic variables; called with the packed vector it returns loss and gradient."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        contacts: ContactPoints,
+        scene: Scene,
+        base: Array,
+        observations: Observations,
+        weights: Kinematics,
+    ) -> None:
+        """Hold the problem; `base` (T, 3, 3) is the orientation from which the root's rotation is counted."""
+        self.skeleton, self.contacts, self.scene = skeleton, contacts, scene
+        self.base, self.observations, self.weights = base, observations, weights
+        self.terms: dict[str, float] = {}
+        ends = [name.endswith(("_heel", "_toe")) for name in skeleton.point_names]
+        self.feet = np.flatnonzero(ends)
+        self.drop = np.outer(ends, [0.0, 0.0, -1.0])  # (M, 3) landmarks that go down with the sole
+
+    def pose(self, variables: Variables) -> forward.Pose:
+        """Forward kinematics at the variables."""
+        scale = float(np.exp(variables.log_scale))
+        return forward.forward(self.skeleton, variables.root_m, self.base, variables.rotvecs, scale)
+
+    def __call__(self, x: Array) -> tuple[float, Array]:
+        """Loss and gradient, (n,), at the packed variables x (n,)."""
+        variables = Variables.unpack(x, len(self.base))
+        scale = float(np.exp(variables.log_scale))
+        pose = self.pose(variables)
+        self.terms = {}
+        marks, d_marks, d_scale = self._marks(pose, variables, scale)
+        touch, d_touch, d_touch_scale = self._contacts(pose, variables, scale)
+        segments = np.concatenate((self.skeleton.point_segments, self.contacts.segments))
+        points = np.concatenate((marks, touch))
+        gradient = np.concatenate((d_marks, d_touch))
+        d_place, d_rotvecs = forward.adjoint(self.skeleton, pose, segments, points, gradient)
+        # all lengths grow with exp(log_scale), so a point moves by its distance from the root
+        d_scale += d_touch_scale + float(np.sum(gradient * (points - variables.root_m)))
+        fixed = np.concatenate((self.drop, self.contacts.drop))  # (M + G, 3)
+        down = (pose.axes[segments] @ fixed[:, None, :, None])[..., 0]  # (M + G, T, 3)
+        d_sole = float(np.sum(gradient * down))
+        # the sole's height does not grow with the scale
+        d_scale -= variables.sole_m * d_sole
+        d_sole += self._shared(variables)
+        d_scale += 2 * variables.log_scale / self.observations.scale_sigma**2
+        d_rotvecs += self._joint_space(variables)
+        packed = np.concatenate((d_place.ravel(), d_rotvecs.ravel(), [d_scale, d_sole]))
+        return sum(self.terms.values()), packed
+
+    def _marks(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
+        """Terms of the landmark points: positions, gradient, gradient of log scale but for the points'."""
+        see, w = self.observations, self.weights
+        offsets = scale * self.skeleton.point_offsets_m + variables.sole_m * self.drop
+        marks = forward.points(pose, self.skeleton.point_segments, offsets)  # (M, T, 3)
+        gradient = np.zeros_like(marks)
+        d_scale, dt = 0.0, see.interval_s
+        if see.world_to_camera is not None and w.keypoint:
+            loss, g = terms.reprojection(marks, see.rays, see.ray_weights, see.world_to_camera, see.ray_sigma)
+            self.terms["keypoint"] = w.keypoint * dt * loss
+            gradient += w.keypoint * dt * g
+        if see.joint_weights.any():
+            root = np.tensordot(see.root_weights, marks, axes=1)  # (T, 3)
+            loss, g = terms.distance(marks - root, scale * see.joints_m, see.joint_weights, w.joint_scale_m)
+            self.terms["joint"] = w.joint * dt * loss
+            g *= w.joint * dt
+            gradient += g - see.root_weights[:, None, None] * g.sum(axis=0)
+            d_scale -= float(np.sum(g * scale * see.joints_m))
+            loss, g_root = terms.distance(root, see.place_m, see.place_weights, w.place_scale_m)
+            self.terms["place"] = w.place * dt * loss
+            gradient += w.place * dt * see.root_weights[:, None, None] * g_root
+        loss, g = terms.still(marks[self.feet], dt, SIGMA_STILL_MPS)
+        self.terms["still"] = w.still * dt * loss
+        gradient[self.feet] += w.still * dt * g
+        loss, g = terms.acceleration(marks, dt, SIGMA_SMOOTH_MPS2)
+        self.terms["smooth_position"] = w.smooth_position * dt * loss
+        gradient += w.smooth_position * dt * g
+        return marks, gradient, d_scale
+
+    def _contacts(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
+        """Terms of the contact points: positions, gradient, and the gradient of log scale by their radii."""
+        touch, w, dt = self.contacts, self.weights, self.observations.interval_s
+        offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
+        points = forward.points(pose, touch.segments, offsets)  # (G, T, 3)
+        apart, normals = scenes.distances(self.scene, points)  # (S, G, T), (S, G, T, 3)
+        clearance = apart - scale * touch.radii_m[:, None]
+        loss, slope = terms.penetration(clearance, SIGMA_PENETRATION_M)
+        self.terms["penetration"] = w.penetration * dt * loss
+        slope *= w.penetration * dt
+        # The lowest point of the body, and the soles of feet that stand still (in the manner of eq. 6, 7).
+        frames = np.arange(clearance.shape[2])
+        lowest = np.argmin(clearance.reshape(-1, len(frames)), axis=0)  # (T,)
+        closest = (*np.unravel_index(lowest, clearance.shape[:2]), frames)
+        loss, g = terms.touching(clearance[closest], SIGMA_TOUCH_M)
+        slope[closest] += w.contact * dt * g
+        soles = touch.soles.ravel()
+        corners = touch.soles.shape[1]
+        share = np.repeat(self.observations.standing, corners, axis=0) / corners  # (8, T)
+        thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
+        stand = (thing, soles[:, None], frames[None])
+        more, g = terms.touching(clearance[stand], SIGMA_STAND_M, share)
+        slope[stand] += w.contact * dt * g
+        self.terms["contact"] = w.contact * dt * (loss + more)
+        gradient = np.einsum("sgt,sgti->gti", slope, normals)
+        com = np.tensordot(touch.mass_share, points, axes=1) / SIGMA_COM_MPS2  # (T, 3)
+        loss, g_com = terms.acceleration(com[None], dt, 1.0)
+        self.terms["smooth_com"] = w.smooth_com * dt * loss
+        gradient += touch.mass_share[:, None, None] * (w.smooth_com * dt * g_com / SIGMA_COM_MPS2)
+        d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
+        return points, gradient, d_scale
+
+    def _shared(self, variables: Variables) -> float:
+        """Priors on scale and sole; returns the gradient of the sole."""
+        see = self.observations
+        offset = (variables.sole_m - SOLE_M) / SIGMA_SOLE_M
+        self.terms["shared"] = offset**2 + (variables.log_scale / see.scale_sigma) ** 2
+        return 2 * offset / SIGMA_SOLE_M
+
+    def _joint_space(self, variables: Variables) -> Array:
+        """Terms of the rotation vectors themselves; returns their gradient (17, T, 3)."""
+        see, w, dt = self.observations, self.weights, self.observations.interval_s
+        gradient = np.zeros_like(variables.rotvecs)
+        joints = variables.rotvecs[1:]  # (16, T, 3)
+        low, high = (self.skeleton.limits_rad[:, None, :, side] for side in (0, 1))
+        loss, g = terms.outside(joints, low, high, SIGMA_LIMIT_RAD)
+        self.terms["limit"] = w.limit * dt * loss
+        gradient[1:] += w.limit * dt * g
+        loss, g = terms.acceleration(joints, dt, SIGMA_SMOOTH_RADPS2)
+        self.terms["smooth_rotation"] = w.smooth_rotation * dt * loss
+        gradient[1:] += w.smooth_rotation * dt * g
+        latent = (joints - see.neutral[:, None]) / see.spread[:, None]
+        self.terms["prior"] = w.prior * dt * float(np.sum(latent**2))
+        gradient[1:] += w.prior * dt * 2 * latent / see.spread[:, None]
+        return gradient
+
+
+def to_qpos(root_m: Array, base: Array, rotvecs: Array) -> Array:
+    """Joint configuration (T, 7 + 4·16) of MuJoCo from the fit's variables."""
+    root = rotations.canonical(rotations.multiply(rotations.from_matrix(base), rotations.exp(rotvecs[0])))
+    joints = rotations.exp(np.swapaxes(rotvecs[1:], 0, 1))  # (T, 16, 4)
+    return np.concatenate((root_m, root, joints.reshape(len(root_m), -1)), axis=1)

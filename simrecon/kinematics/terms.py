@@ -1,0 +1,100 @@
+"""Terms of the kinematic objective: pure functions that return a loss and its gradient by the first argument.
+
+Points are (M, T, 3). Terms are sums; the objective multiplies them by the frame interval, so that a clip's
+loss does not depend on its frame rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simrecon.types import Array
+
+
+def cauchy(squared: Array) -> tuple[Array, Array]:
+    """Robust kernel log(1 + r²) of squared, normalised residuals, and its derivative with respect to r²."""
+    return np.log1p(squared), 1.0 / (1.0 + squared)
+
+
+def reprojection(
+    points_m: Array, rays: Array, weights: Array, world_to_camera: Array, sigma: float
+) -> tuple[float, Array]:
+    """Distance in the ideal image plane between projected points and undistorted detections, robust.
+
+    Args:
+        points_m: (M, T, 3) world.
+        rays: (M, T, 2) detections as x/z, y/z.
+        weights: (M, T), zero where not seen.
+        world_to_camera: (4, 4) or (T, 4, 4).
+        sigma: distance at which a detection counts half, in the units of `rays`.
+    """
+    rotation, translation = world_to_camera[..., :3, :3], world_to_camera[..., :3, 3]
+    xyz = (rotation @ points_m[..., None])[..., 0] + translation  # (M, T, 3)
+    depth = np.maximum(xyz[..., 2:], 0.1)
+    residual = (xyz[..., :2] / depth - rays) / sigma  # (M, T, 2)
+    loss, slope = cauchy(np.sum(residual**2, axis=-1))
+    d_image = (2 * weights * slope)[..., None] * residual / sigma  # (M, T, 2)
+    d_depth = np.where(
+        xyz[..., 2:] > 0.1, -np.sum(d_image * xyz[..., :2], axis=-1, keepdims=True) / depth**2, 0.0
+    )
+    d_camera = np.concatenate((d_image / depth, d_depth), axis=-1)  # (M, T, 3)
+    return float(np.sum(weights * loss)), (np.swapaxes(rotation, -1, -2) @ d_camera[..., None])[..., 0]
+
+
+def distance(points_m: Array, targets_m: Array, weights: Array, sigma: float) -> tuple[float, Array]:
+    """Robust distance between points and targets, (M, T, 3) both; weights (M, T)."""
+    residual = (points_m - targets_m) / sigma
+    loss, slope = cauchy(np.sum(residual**2, axis=-1))
+    return float(np.sum(weights * loss)), (2 * weights * slope)[..., None] * residual / sigma
+
+
+def acceleration(values: Array, interval_s: float, sigma: float) -> tuple[float, Array]:
+    """Squared second differences of values (M, T, C) over time; sigma in units of `values` per s²."""
+    second = (values[:, 2:] - 2 * values[:, 1:-1] + values[:, :-2]) / (interval_s**2 * sigma)
+    gradient = np.zeros_like(values)
+    gradient[:, 2:] += second
+    gradient[:, 1:-1] -= 2 * second
+    gradient[:, :-2] += second
+    return float(np.sum(second**2)), gradient * (2 / (interval_s**2 * sigma))
+
+
+def still(points_m: Array, interval_s: float, sigma: float) -> tuple[float, Array]:
+    """Robust speed of points (M, T, 3): what moves slowly is held still, what moves fast is left alone.
+
+    Args:
+        points_m: (M, T, 3).
+        interval_s: between frames.
+        sigma: speed at which the hold begins to fade, m/s.
+    """
+    step = np.diff(points_m, axis=1) / (interval_s * sigma)  # (M, T - 1, 3)
+    loss, slope = cauchy(np.sum(step**2, axis=-1))
+    g = 2 * slope[..., None] * step / (interval_s * sigma)
+    gradient = np.zeros_like(points_m)
+    gradient[:, 1:] += g
+    gradient[:, :-1] -= g
+    return float(np.sum(loss)), gradient
+
+
+def outside(values: Array, low: Array, high: Array, sigma: float) -> tuple[float, Array]:
+    """Squared amount by which values leave [low, high]."""
+    excess = (np.maximum(values - high, 0.0) - np.maximum(low - values, 0.0)) / sigma
+    return float(np.sum(excess**2)), 2 * excess / sigma
+
+
+def penetration(clearance_m: Array, sigma: float) -> tuple[float, Array]:
+    """Squared depth inside a thing; clearances of any shape, negative inside."""
+    depth = np.maximum(-clearance_m, 0.0) / sigma
+    return float(np.sum(depth**2)), -2 * depth / sigma
+
+
+def touching(clearance_m: Array, sigma: float, weights: Array | float = 1.0) -> tuple[float, Array]:
+    """Pull of points to their support, fading with distance (in the manner of Gärtner 2022 eq. 6).
+
+    Args:
+        clearance_m: signed distances, any shape.
+        sigma: distance at which the pull begins to fade.
+        weights: of the same shape, or one for all.
+    """
+    squared = (clearance_m / sigma) ** 2
+    loss = float(np.sum(weights * squared / (1 + squared)))
+    return loss, weights * 2 * clearance_m / sigma**2 / (1 + squared) ** 2

@@ -1,0 +1,198 @@
+"""The gradient of the whole kinematic objective, and that its check catches a wrong one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from simrecon import camera as cameras
+from simrecon import prior, rotations
+from simrecon.body import primitives
+from simrecon.kinematics.conditioning import condition
+from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points
+from simrecon.plan import Kinematics
+from simrecon.types import Array, Ground, Scene, SceneItem
+
+T = 4
+SCALES = ("keypoint_scale_px", "joint_scale_m", "place_scale_m", "evaluations")
+WEIGHTS = tuple(field.name for field in fields(Kinematics) if field.name not in SCALES)
+BOX = SceneItem("step", "box", (0.25, 0.1, 0.0), (0.4, 0.8, 0.12), yaw_rad=0.3)
+
+
+@pytest.fixture(scope="module")
+def objective(make, weights) -> Objective:
+    """Every term counts: feet within the floor and a box, joints beyond their limits, noise on everything."""
+    rng = np.random.default_rng(7)
+    walk = make.walking(T)
+    skeleton, count = walk.skeleton, len(walk.skeleton.point_names)
+    camera = make.looking_at(np.array([4.0, -1.0, 1.5]), np.array([0.0, 0.0, 1.0]))
+    rays = cameras.undistort(camera, cameras.project(camera, walk.points_m))
+    roots = np.zeros(count)
+    roots[[skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]] = 0.5
+    gaussian = prior.gaussian(skeleton)
+    see = Observations(
+        interval_s=1 / 30,
+        rays=rays + rng.normal(scale=0.02, size=rays.shape),
+        ray_weights=rng.uniform(0, 1, (count, T)),
+        ray_sigma=0.01,
+        world_to_camera=cameras.extrinsics(camera),
+        joints_m=walk.points_m - walk.root_m + rng.normal(scale=0.05, size=walk.points_m.shape),
+        joint_weights=rng.integers(0, 2, (count, T)).astype(float),
+        place_m=walk.root_m + 0.1,
+        place_weights=np.array([1.0, 0.0, 1.0, 1.0]),
+        root_weights=roots,
+        standing=rng.uniform(0, 1, (2, T)),
+        scale_sigma=0.1,
+        neutral=gaussian.mean_rad,
+        spread=gaussian.spread_rad,
+    )
+    base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.1, 0.0, 0.4]))), (T, 3, 3))
+    touch = contact_points(skeleton, primitives.make(skeleton, 1.75, 70.0, 0.0))
+    return Objective(skeleton, touch, Scene(Ground(0.02), (BOX,)), base, see, weights)
+
+
+@pytest.fixture(scope="module")
+def point(make) -> Array:
+    """Somewhere near the walk."""
+    rng = np.random.default_rng(8)
+    walk = make.walking(T)
+    rotvecs = walk.rotvecs + rng.normal(scale=0.2, size=walk.rotvecs.shape)
+    rotvecs[walk.skeleton.names.index("left_elbow"), :, 2] += 2.0
+    root = walk.root_m + np.array([0.0, 0.0, -0.03]) + rng.normal(scale=0.02, size=walk.root_m.shape)
+    return Variables(root, rotvecs, 0.07, 0.012).pack()
+
+
+def error(function: Callable[[Array], tuple[float, Array]], x: Array) -> float:
+    """Largest difference from central differences, relative to the largest component of the gradient."""
+    _, gradient = function(x)
+    slopes = np.empty_like(x)
+    for i in range(len(x)):
+        step = np.zeros_like(x)
+        step[i] = 1e-6
+        slopes[i] = (function(x + step)[0] - function(x - step)[0]) / 2e-6
+    return float(np.abs(gradient - slopes).max() / np.abs(slopes).max())
+
+
+def test_the_gradient_is_that_of_finite_differences(objective: Objective, point: Array) -> None:
+    assert error(objective, point) < 1e-6
+
+
+def only(objective: Objective, name: str) -> Objective:
+    """The objective with one weight of one and no other."""
+    weights = replace(objective.weights, **{key: float(key == name) for key in WEIGHTS})
+    see = objective.observations
+    return Objective(objective.skeleton, objective.contacts, objective.scene, objective.base, see, weights)
+
+
+@pytest.mark.parametrize("name", WEIGHTS)
+def test_the_gradient_of_each_term_is_too(objective: Objective, point: Array, name: str) -> None:
+    alone = only(objective, name)
+    alone(point)
+    assert alone.terms[name] > 1e-6
+    shared = alone.terms.pop("shared")
+    assert {key for key, value in alone.terms.items() if value} == {name}
+    assert alone(point)[0] == pytest.approx(alone.terms[name] + shared)
+    assert error(alone, point) < 1e-6
+
+
+@pytest.mark.parametrize("index", [0, 40, -2, -1], ids=["root", "rotation", "scale", "sole"])
+def test_the_check_catches_a_wrong_gradient(objective: Objective, point: Array, index: int) -> None:
+    def wrong(x: Array) -> tuple[float, Array]:
+        loss, gradient = objective(x)
+        largest = np.abs(gradient).max()
+        gradient[index] += 1e-5 * largest
+        return loss, gradient
+
+    assert error(wrong, point) > 5e-6
+
+
+def test_the_check_catches_a_wrong_term(objective: Objective, point: Array) -> None:
+    def wrong(x: Array) -> tuple[float, Array]:
+        return objective(x)[0], objective(x)[1] - only(objective, "contact")(x)[1]
+
+    assert error(wrong, point) > 1e-4
+
+
+def test_a_missing_part_of_the_evidence_is_no_term(objective: Objective, point: Array) -> None:
+    see = replace(
+        objective.observations,
+        world_to_camera=None,
+        joint_weights=np.zeros_like(objective.observations.joint_weights),
+    )
+    blind = Objective(
+        objective.skeleton, objective.contacts, objective.scene, objective.base, see, objective.weights
+    )
+    loss, gradient = blind(point)
+    assert {"keypoint", "joint", "place"}.isdisjoint(blind.terms)
+    assert np.isfinite(loss)
+    assert np.isfinite(gradient).all()
+
+
+def test_variables_survive_packing(rng: np.random.Generator) -> None:
+    variables = Variables(rng.normal(size=(T, 3)), rng.normal(size=(17, T, 3)), 0.1, -0.02)
+    again = Variables.unpack(variables.pack(), T)
+    np.testing.assert_array_equal(again.root_m, variables.root_m)
+    np.testing.assert_array_equal(again.rotvecs, variables.rotvecs)
+    assert (again.log_scale, again.sole_m) == (0.1, -0.02)
+
+
+def test_contact_points_are_those_of_the_primitives(objective: Objective) -> None:
+    touch = objective.contacts
+    assert touch.mass_share.sum() == pytest.approx(1.0)
+    assert len(touch.segments) == 22 * 2 + 4 * 8
+    for side, rows in zip(("left", "right"), touch.soles, strict=True):
+        ankle = objective.skeleton.names.index(f"{side}_ankle")
+        assert (touch.segments[rows] == ankle).all()
+        feet = touch.segments == ankle
+        corners = touch.offsets_m[feet & (touch.radii_m == 0)]
+        np.testing.assert_allclose(touch.offsets_m[rows, 2], corners[:, 2].min())
+        assert len({tuple(place) for place in touch.offsets_m[rows]}) == 4
+        np.testing.assert_array_equal(touch.drop[rows], np.tile([0.0, 0.0, -1.0], (4, 1)))
+
+
+def test_conditioning_is_an_invertible_change_of_variables(objective: Objective, point: Array) -> None:
+    rng = np.random.default_rng(9)
+    better = condition(objective, 4.0)
+    np.testing.assert_allclose(better.to_variables(better.from_variables(point)), point, atol=1e-10)
+    u, g = rng.normal(size=(2, len(point)))
+    np.testing.assert_allclose(better.from_variables(better.to_variables(u)), u, atol=1e-8)
+    # linear, and the gradient's map is its transpose: ⟨A u, g⟩ = ⟨u, Aᵀ g⟩
+    np.testing.assert_allclose(
+        better.to_variables(u) + better.to_variables(2 * g), better.to_variables(u + 2 * g), atol=1e-9
+    )
+    assert better.to_variables(u) @ g == pytest.approx(u @ better.gradient(g))
+
+
+def test_conditioning_keeps_the_gradient_right(objective: Objective, point: Array) -> None:
+    better = condition(objective, 4.0)
+
+    def scaled(u: Array) -> tuple[float, Array]:
+        loss, gradient = objective(better.to_variables(u))
+        return loss, better.gradient(gradient)
+
+    u, rng = better.from_variables(point), np.random.default_rng(10)
+    gradient = scaled(u)[1]
+    for _ in range(20):
+        step = 1e-5 * rng.normal(size=len(u))
+        slope = (scaled(u + step)[0] - scaled(u - step)[0]) / 2
+        assert gradient @ step == pytest.approx(slope, rel=1e-4, abs=1e-7)
+
+
+def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array) -> None:
+    """By a random direction in each kind of variable: without it they differ by many orders of magnitude."""
+    better, rng = condition(objective, 4.0), np.random.default_rng(11)
+
+    def curvature(function: Callable[[Array], float], x: Array, rows: slice, size: float) -> float:
+        step = np.zeros_like(x)
+        step[rows] = rng.normal(size=len(x[rows]))
+        step *= size / np.linalg.norm(step)
+        return abs(function(x + step) + function(x - step) - 2 * function(x)) / size**2
+
+    kinds = (slice(0, 3 * T), slice(3 * T, -2), slice(-2, -1), slice(-1, None))
+    u = better.from_variables(point)
+    raw = [curvature(lambda x: objective(x)[0], point, rows, 1e-4) for rows in kinds]
+    new = [curvature(lambda x: objective(better.to_variables(x))[0], u, rows, 1e-2) for rows in kinds]
+    assert max(new) / min(new) < max(raw) / min(raw)
