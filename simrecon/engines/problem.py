@@ -1,0 +1,139 @@
+"""What every engine works on: the model, the time grid, and the targets of the loss by frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from simrecon import camera as cameras
+from simrecon import kinematics, prior, rollout, rotations
+from simrecon.body import names
+from simrecon.plan import Plan
+from simrecon.prior import Prior
+from simrecon.schedule import Clock
+from simrecon.types import Array, Evidence, IntArray, KinematicFit, Window
+
+MIN_SCORE = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A clip ready for optimisation; T frames, M points of the body, N simulation steps.
+
+    Attributes:
+        model: body and scene, compiled from `mjcf`; mjcf: the text that is saved.
+        clock: frames and steps. plan: settings. prior: on poses.
+        interval_s: between the frames that the loss looks at, every `every`-th one.
+        qpos: (T, nq) kinematic fit; qvel0: (nv,) its velocity at the first frame.
+        targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
+        orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
+        rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.
+        joint_rows: rows of the points that are joint centres.
+        limits_rad: (16, 3, 2).
+    """
+
+    model: mujoco.MjModel
+    mjcf: str
+    clock: Clock
+    plan: Plan
+    prior: Prior
+    every: int
+    qpos: Array
+    qvel0: Array
+    targets_rad: Array
+    orientations: Array
+    com_m: Array
+    points_m: Array
+    point_rows: IntArray
+    rays: Array
+    scores: Array
+    world_to_camera: Array | None
+    joint_rows: IntArray
+    limits_rad: Array
+
+    @property
+    def interval_s(self) -> float:
+        """Between the frames that the loss looks at."""
+        return self.every * self.clock.frame_s
+
+    def frames(self, window: Window) -> IntArray:
+        """Frames of a window that the loss looks at: its first one, every `every`-th, and its last."""
+        first, last = (step // self.clock.stride for step in (window.start_step, window.end_step))
+        inner = np.arange(first, last, self.every)
+        return np.append(inner, last)
+
+
+def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: Plan) -> Problem:
+    """Lay out a clip for the engines.
+
+    Args:
+        fit: kinematic fit, on uniform frames.
+        evidence: on the same frames.
+        mjcf: body and scene at the clock's time step.
+        clock: frames and steps.
+        plan: settings.
+    """
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    _, points = kinematics.configurations(fit.body, fit.qpos)
+    rays, scores = _observations(fit, evidence)
+    skeleton = fit.body.skeleton
+    rows = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) for name in skeleton.point_names]
+    centres = np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0)
+    return Problem(
+        model=model,
+        mjcf=mjcf,
+        clock=clock,
+        plan=plan,
+        prior=prior.gaussian(skeleton),
+        every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
+        qpos=fit.qpos,
+        qvel0=rollout.velocities(model, fit.qpos[:3], clock.frame_s)[0],
+        targets_rad=_targets(model, fit.qpos, clock),
+        orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),
+        com_m=fit.com_m,
+        points_m=points,
+        point_rows=np.array(rows),
+        rays=rays,
+        scores=scores,
+        world_to_camera=None if fit.camera is None else cameras.extrinsics(fit.camera),
+        joint_rows=centres,
+        limits_rad=skeleton.limits_rad,
+    )
+
+
+def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock) -> Array:
+    """Control targets (N + 1, nu): the kinematic pose ahead by the servo's lag, as rotation vectors.
+
+    A PD servo with gains k and d that is told q + (d/k) q̇ follows q without lag.
+    """
+    joints = qpos[:, 7:].reshape(len(qpos), -1, 4)
+    frames_s = np.arange(len(qpos), dtype=np.float64) * clock.frame_s
+    steps_s = np.arange(clock.steps + 1, dtype=np.float64) * clock.step_s
+    between = rotations.interpolate(frames_s, joints, steps_s)  # (N + 1, 16, 4)
+    rotvecs = rotations.log(between).reshape(len(steps_s), -1)  # (N + 1, nu)
+    lag_s = -model.actuator_biasprm[:, 2] / model.actuator_gainprm[:, 0]  # (nu,)
+    smooth = gaussian_filter1d(rotvecs, 0.02 / clock.step_s, axis=0, mode="nearest")
+    rates = np.gradient(smooth, clock.step_s, axis=0)
+    low, high = model.actuator_ctrlrange.T
+    targets: Array = np.clip(rotvecs + lag_s * rates, low, high)
+    return targets
+
+
+def _observations(fit: KinematicFit, evidence: Evidence) -> tuple[Array, Array]:
+    """Rays (T, M, 2) and scores (T, M) by point of the body."""
+    shape = (len(evidence.times_s), len(fit.body.skeleton.point_names))
+    rays, scores = np.zeros((*shape, 2)), np.zeros(shape)
+    if fit.camera is None or not evidence.keypoint_names:
+        return rays, scores
+    ideal = cameras.undistort(fit.camera, evidence.keypoints_px)  # (T, J, 2)
+    for column, point in enumerate(names.resolve(evidence.keypoint_names)):
+        if point != names.IGNORED:
+            score = np.where(np.isfinite(ideal[:, column]).all(axis=-1), evidence.scores[:, column], 0.0)
+            score = np.where(score >= MIN_SCORE, score, 0.0)
+            rays[:, point] += score[:, None] * np.nan_to_num(ideal[:, column])
+            scores[:, point] += score
+    rays /= np.maximum(scores, 1e-12)[..., None]
+    return rays, np.minimum(scores, 1.0)

@@ -1,0 +1,87 @@
+"""Loss terms of a rollout, Gärtner et al. 2022 eq. 1 to 5 and L_lim; pure, batched over leading axes.
+
+F frames of a window, frame interval dt. Each term sums over frames and returns shape (...).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simrecon import rotations
+from simrecon.types import Array
+
+
+def com_position(com_m: Array, target_m: Array) -> Array:
+    """Σ_t ‖c_t - c_t^k‖² (eq. 1, first part); (..., F, 3) and (F, 3), m²."""
+    loss: Array = np.sum((com_m - target_m) ** 2, axis=(-2, -1))
+    return loss
+
+
+def com_velocity(com_m: Array, target_m: Array, interval_s: float) -> Array:
+    """Σ_t ‖ċ_t - ċ_t^k‖² by finite differences (eq. 1, second part); (..., F, 3) and (F, 3), m²/s²."""
+    difference = np.diff(com_m - target_m, axis=-2) / interval_s
+    loss: Array = np.sum(difference**2, axis=(-2, -1))
+    return loss
+
+
+def pose(orientations: Array, targets: Array) -> Array:
+    """Σ_t Σ_j arccos |⟨q, q^k⟩| over all joints and the base (eq. 2); (..., F, B, 4) and (F, B, 4), rad."""
+    dot = np.abs(np.einsum("...bi,...bi->...b", orientations, targets))
+    loss: Array = np.sum(np.arccos(np.minimum(dot, 1.0)), axis=(-2, -1))
+    return loss
+
+
+def reprojection(points_m: Array, rays: Array, scores: Array, world_to_camera: Array) -> Array:
+    """Σ_t Σ_n s_tn ‖C l_tn - l^d_tn‖₂ (eq. 3) in the ideal image plane.
+
+    The paper leaves the unit of the image open; here it is the focal length, and detections are undistorted.
+
+    Args:
+        points_m: (..., F, M, 3).
+        rays: (F, M, 2) undistorted detections x/z, y/z.
+        scores: (F, M), zero where not seen.
+        world_to_camera: (4, 4) or (F, 4, 4).
+    """
+    rotation, translation = world_to_camera[..., :3, :3], world_to_camera[..., :3, 3]
+    xyz = points_m @ np.swapaxes(rotation, -1, -2) + translation[..., None, :]  # (..., F, M, 3)
+    image = xyz[..., :2] / np.maximum(xyz[..., 2:], 0.1)
+    distance = np.sqrt(np.sum((image - rays) ** 2, axis=-1))
+    loss: Array = np.sum(scores * distance, axis=(-2, -1))
+    return loss
+
+
+def prior(latent: Array) -> Array:
+    """Σ_t ‖z(q_t)‖₂ (eq. 4); latent codes (..., F, D)."""
+    loss: Array = np.sum(np.linalg.norm(latent, axis=-1), axis=-1)
+    return loss
+
+
+def total_variation(joints_m: Array) -> Array:
+    """1/J Σ_t Σ_j ‖ẍ_tj - ẍ_t-1,j‖₁ (eq. 5); joints (..., F, J, 3), accelerations per frame², m."""
+    jerk = np.diff(joints_m, n=3, axis=-3)
+    loss: Array = np.sum(np.abs(jerk), axis=(-3, -2, -1)) / joints_m.shape[-2]
+    return loss
+
+
+def joint_limit(rotvecs: Array, limits_rad: Array, scale_rad: float = 0.1) -> Array:
+    """L_lim: Σ_t Σ exp(excess / scale) - 1 over joint components outside their range.
+
+    Args:
+        rotvecs: (..., F, 16, 3).
+        limits_rad: (16, 3, 2).
+        scale_rad: excess at which the penalty is e - 1. The paper says exponential and gives no constant.
+    """
+    excess = np.maximum(rotvecs - limits_rad[..., 1], limits_rad[..., 0] - rotvecs)
+    loss: Array = np.sum(np.expm1(np.clip(excess, 0.0, 3.0) / scale_rad), axis=(-3, -2, -1))
+    return loss
+
+
+def landmark(points_m: Array, targets_m: Array) -> Array:
+    """Σ_t Σ_n ‖l_tn - l^k_tn‖² to the kinematic fit; (..., F, M, 3) and (F, M, 3), m². Not in the paper."""
+    loss: Array = np.einsum("...fmi,...fmi->...", points_m - targets_m, points_m - targets_m)
+    return loss
+
+
+def joint_rotvecs(orientations: Array) -> Array:
+    """Rotation vectors (..., 16, 3) of the joints in orientations (..., 17, 4), the base first."""
+    return rotations.log(orientations[..., 1:, :])

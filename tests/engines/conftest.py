@@ -1,0 +1,108 @@
+"""A short clip of a person who stands and sways, ready for an engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from simrecon import body as bodies
+from simrecon import kinematics, prior, rotations, schedule
+from simrecon import scene as scenes
+from simrecon.engines import problem as problems
+from simrecon.engines.problem import Problem
+from simrecon.plan import LossWeights, Optimiser, Plan, Simulation, WindowPlan
+from simrecon.types import Camera, Evidence, KinematicFit, Scene
+
+FRAMES, FRAME_S = 13, 1 / 30
+LOSSES = {
+    "com_position": 15.0,
+    "com_velocity": 15.0,
+    "pose": 0.5,
+    "reprojection": 0.0,
+    "prior": 0.0,
+    "total_variation": 0.0,
+    "joint_limit": 0.0,
+    "landmark": 0.0,
+    "rate_hz": 30.0,
+}
+
+
+def settings(
+    *,
+    length_s: float = 0.5,
+    overlap_s: float = 0.0,
+    population: int = 16,
+    generations: int = 5,
+    **losses: float,
+) -> Plan:
+    return Plan(
+        "a test",
+        Simulation(0.012),
+        WindowPlan(length_s, overlap_s, 0.2),
+        Optimiser("diagonal", population, generations, 0.1, 1.5, 0.0, 0.0),
+        LossWeights(**(LOSSES | losses)),
+        None,
+    )
+
+
+def standing(camera: Camera | None = None) -> KinematicFit:
+    """Relaxed on the floor, with arms that rise."""
+    skeleton = bodies.scaled({}, 1.75)
+    person = bodies.build(skeleton, height_m=1.75, mass_kg=70.0, sole_m=0.0)
+    rotvecs = np.tile(prior.gaussian(skeleton).mean_rad, (FRAMES, 1, 1))  # (T, 16, 3)
+    for side in ("left", "right"):
+        rotvecs[:, skeleton.names.index(f"{side}_elbow") - 1, 2] += np.linspace(0, 0.4, FRAMES)
+    qpos = np.zeros((FRAMES, 71))
+    qpos[:, 3] = 1.0
+    qpos[:, 7:] = rotations.exp(rotvecs).reshape(FRAMES, -1)
+    _, points = kinematics.configurations(person, qpos)
+    feet = [skeleton.point_names.index(name) for name in ("left_heel", "left_toe")]
+    qpos[:, 2] = -points[0, feet, 2].min() + 0.003
+    com, _ = kinematics.configurations(person, qpos)
+    return KinematicFit(
+        body=person,
+        scene=Scene(),
+        camera=camera,
+        times_s=np.arange(FRAMES) * FRAME_S,
+        qpos=qpos,
+        com_m=com,
+        reprojection_px=np.zeros((FRAMES, 0)),
+        interpolated=np.zeros(FRAMES, dtype=bool),
+        iterations=0,
+        loss={},
+    )
+
+
+def unseen() -> Evidence:
+    return Evidence(
+        times_s=np.arange(FRAMES) * FRAME_S,
+        keypoint_names=(),
+        keypoints_px=np.zeros((FRAMES, 0, 2)),
+        scores=np.zeros((FRAMES, 0)),
+        joint_names=(),
+        joints_m=np.zeros((FRAMES, 0, 3)),
+        joints_frame="world",
+    )
+
+
+def clip(plan: Plan, fit: KinematicFit | None = None, evidence: Evidence | None = None) -> Problem:
+    fit = standing() if fit is None else fit
+    clock = schedule.clock(fit.times_s, plan.simulation.timestep_max_s)
+    mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
+    return problems.pose(fit, unseen() if evidence is None else evidence, mjcf, clock, plan)
+
+
+class Makers:
+    """The functions of this file, for the tests beside it."""
+
+    settings: Callable[..., Plan] = staticmethod(settings)
+    standing: Callable[..., KinematicFit] = staticmethod(standing)
+    unseen: Callable[[], Evidence] = staticmethod(unseen)
+    clip: Callable[..., Problem] = staticmethod(clip)
+
+
+@pytest.fixture(scope="session")
+def make() -> type[Makers]:
+    return Makers

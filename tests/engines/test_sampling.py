@@ -1,0 +1,176 @@
+"""Trajectory optimisation by sampling: recovery, same bits everywhere, exact hand-over, failure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from simrecon import kinematics, rollout, schedule, splines
+from simrecon.engines import sampling
+from simrecon.engines.problem import Problem
+from simrecon.engines.sampling import Sampler
+from simrecon.plan import Plan
+from simrecon.types import Array, Handover, WindowResult, WindowStatus
+
+
+def solve(problem: Problem, plan: Plan, *, threads: int = 1, seed: int = 0) -> list[WindowResult]:
+    sampler, handover = Sampler(problem, threads), sampling.start(problem)
+    rng, results = np.random.default_rng(seed), []
+    for window in schedule.cut(problem.clock, plan):
+        results.append(sampler.solve(window, handover, rng))
+        handover = results[-1].handover
+    return results
+
+
+def as_simulated(problem: Problem, fit, knots: Array) -> Problem:
+    """The same problem, but what has to be tracked is what the simulator does under the knots."""
+    clock, spacing = problem.clock, problem.plan.window.knot_spacing_s
+    times_s = np.arange(clock.steps) * clock.step_s
+    ctrl = problem.targets_rad[:-1] + splines.basis(times_s, spacing, len(knots)) @ knots
+    states = rollout.replay(problem.model, sampling.start(problem).state, ctrl)
+    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)[:: clock.stride]
+    com, points = kinematics.configurations(fit.body, qpos)
+    return replace(problem, orientations=qpos[:, 3:].reshape(len(qpos), 17, 4), com_m=com, points_m=points)
+
+
+def test_known_knots_are_recovered(make) -> None:
+    plan = make.settings(population=32, generations=60, landmark=5.0)
+    fit = make.standing()
+    problem = make.clip(plan, fit)
+    start = sampling.start(problem)
+    truth = np.random.default_rng(5).uniform(-0.3, 0.3, start.knots_rad.shape)
+    problem = as_simulated(problem, fit, truth)
+    (window,) = schedule.cut(problem.clock, plan)
+    # under the true knots nothing is left of the loss (arccos keeps half of the digits)
+    exact = sampling._Task(problem, window, start)
+    terms, finite = exact.evaluate(
+        Sampler(problem, 1).simulator, np.stack([truth.ravel(), 0 * truth.ravel()])
+    )
+    total = sum(terms.values())
+    assert finite.all()
+    assert total[0] < 1e-4 < 0.05 < total[1]
+    (result,) = solve(problem, plan)
+    assert result.trace[0] <= total[1]
+    assert result.loss < 0.25 * total[1]
+    assert (np.diff(result.trace) <= 0).all()
+    assert result.loss == pytest.approx(sum(result.loss_terms.values()))
+    assert result.status is WindowStatus.GENERATIONS
+    assert (result.evaluations, len(result.trace)) == (32 * 60, 60)
+    assert 0 < result.stepping_s <= result.seconds
+
+
+@pytest.fixture(scope="module")
+def plan(make) -> Plan:
+    return make.settings(
+        length_s=0.2,
+        overlap_s=0.1,
+        population=8,
+        generations=3,
+        prior=0.05,
+        total_variation=1.0,
+        joint_limit=1.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def problem(make, plan: Plan) -> Problem:
+    return make.clip(plan)
+
+
+@pytest.fixture(scope="module")
+def results(problem: Problem, plan: Plan) -> list[WindowResult]:
+    return solve(problem, plan)
+
+
+def test_the_number_of_threads_does_not_matter(
+    problem: Problem, plan: Plan, results: list[WindowResult]
+) -> None:
+    for one, two in zip(results, solve(problem, plan, threads=2), strict=True):
+        np.testing.assert_array_equal(one.ctrl, two.ctrl)
+        np.testing.assert_array_equal(one.states, two.states)
+        np.testing.assert_array_equal(one.trace, two.trace)
+        assert one.loss_terms == two.loss_terms
+    other = solve(problem, plan, seed=1)
+    assert not np.array_equal(results[0].ctrl, other[0].ctrl)
+
+
+def test_windows_hand_over_exactly(problem: Problem, plan: Plan, results: list[WindowResult]) -> None:
+    windows = schedule.cut(problem.clock, plan)
+    assert len(results) == len(windows) == 3
+    ctrl = schedule.stitch(tuple(results))
+    assert ctrl.shape == (problem.clock.steps, 48)
+    states = rollout.replay(problem.model, sampling.start(problem).state, ctrl)
+    for window, result in zip(windows, results, strict=True):
+        assert result.window == window
+        np.testing.assert_array_equal(result.states, states[window.start_step : window.commit_step + 1])
+        np.testing.assert_array_equal(result.handover.state, states[window.commit_step])
+
+
+def test_the_control_is_a_spline_about_the_kinematic_targets(
+    problem: Problem, plan: Plan, results: list[WindowResult]
+) -> None:
+    knots = results[0].handover.knots_rad
+    steps = results[0].window.commit_step
+    times_s = np.arange(steps) * problem.clock.step_s
+    added = splines.basis(times_s, plan.window.knot_spacing_s, len(knots)) @ knots
+    np.testing.assert_allclose(results[0].ctrl, problem.targets_rad[:steps] + added, atol=1e-12)
+    assert np.abs(added).max() > 1e-3
+    assert np.abs(knots).max() <= plan.optimiser.bound_rad
+
+
+def test_a_window_is_never_worse_than_the_kinematic_targets_alone(
+    problem: Problem, plan: Plan, results: list[WindowResult]
+) -> None:
+    window = schedule.cut(problem.clock, plan)[0]
+    task = sampling._Task(problem, window, sampling.start(problem))
+    terms, _ = task.evaluate(Sampler(problem, 1).simulator, np.zeros((1, len(task.warm_start()) * 48)))
+    assert results[0].trace[0] <= sum(terms.values())[0]
+
+
+def test_terms_that_are_switched_off_are_left_out(results: list[WindowResult]) -> None:
+    assert set(results[0].loss_terms) == {
+        *("com_position", "com_velocity", "pose", "prior", "total_variation", "joint_limit"),
+    }
+
+
+def test_a_window_in_which_everything_diverges_fails(problem: Problem, plan: Plan) -> None:
+    start = sampling.start(problem)
+    velocity = np.zeros(problem.model.nv)
+    velocity[6:] = 1e12
+    wild = rollout.initial_state(problem.model, problem.qpos[0], velocity)
+    window = schedule.cut(problem.clock, plan)[0]
+    sampler = Sampler(problem, 1)
+    failed = sampler.solve(window, Handover(wild, start.knots_rad), np.random.default_rng(0))
+    assert failed.status is WindowStatus.FAILED
+    assert failed.loss == np.inf
+    assert failed.loss_terms == {}
+    assert np.isinf(failed.trace).all()
+    # and the same sampler goes on with a sane state
+    assert sampler.solve(window, start, np.random.default_rng(0)).status is WindowStatus.GENERATIONS
+
+
+def test_tolerances_are_relative(make) -> None:
+    plan = make.settings(length_s=0.1, population=256, generations=200)
+    loose = replace(plan, optimiser=replace(plan.optimiser, generations=60, tol_loss=10.0, tol_sigma=10.0))
+    fit = make.standing()
+    short = replace(fit, times_s=fit.times_s[:3], qpos=fit.qpos[:3], com_m=fit.com_m[:3])
+    evidence = make.unseen()
+    evidence = replace(
+        evidence,
+        times_s=evidence.times_s[:3],
+        keypoints_px=evidence.keypoints_px[:3],
+        scores=evidence.scores[:3],
+        joints_m=evidence.joints_m[:3],
+    )
+    problem = make.clip(loose, short, evidence)
+    (result,) = solve(problem, loose)
+    assert result.status is WindowStatus.CONVERGED
+    # as soon as the memory of the stopping rule is full: 10 + 30 n / P generations
+    unknowns = len(sampling.start(problem).knots_rad) * 48
+    assert len(result.trace) == 10 + int(np.ceil(30 * unknowns / 256))
+    strict = replace(loose, optimiser=replace(loose.optimiser, tol_loss=0.0))
+    (result,) = solve(replace(problem, plan=strict), strict)
+    assert result.status is WindowStatus.GENERATIONS
