@@ -1,0 +1,102 @@
+"""The main job, from evidence to simulated motion; read this first.
+
+    evidence ─► resample ─► kinematics.fit ─► scene.build ─► schedule.cut ─► engine, by window ─► record
+
+Data goes one way. Between windows only a `Handover` passes: the exact state of the simulation, and the knots.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simrecon import kinematics, results, schedule
+from simrecon import scene as scenes
+from simrecon.engines import problem as problems
+from simrecon.engines import sampling
+from simrecon.engines.problem import Problem
+from simrecon.evidence import resample
+from simrecon.plan import Plan
+from simrecon.results import Audit
+from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult, WindowStatus
+
+Report = Callable[[str, float, float], None]
+"""Called with the stage, how much of it is done and how much there is, in seconds of video."""
+
+
+def _silent(_stage: str, _done: float, _total: float) -> None:
+    """The report of a run that nobody watches."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """All that a run made.
+
+    Attributes:
+        evidence: as it was given; fit: the kinematic half; problem: what the engine worked on.
+        windows: solved, in order; motion: what was simulated; audit: of the final replay.
+        seconds: wall time by stage.
+    """
+
+    evidence: Evidence
+    fit: KinematicFit
+    problem: Problem
+    windows: tuple[WindowResult, ...]
+    motion: Motion
+    audit: Audit
+    seconds: dict[str, float]
+
+
+def reconstruct(
+    evidence: Evidence,
+    scene: Scene,
+    plan: Plan,
+    *,
+    seed: int = 0,
+    threads: int = 0,
+    report: Report = _silent,
+) -> Reconstruction:
+    """Reconstruct a motion that a simulator really executed.
+
+    Args:
+        evidence: what one camera saw.
+        scene: what the person may touch.
+        plan: how the clip is cut and optimised.
+        seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
+        threads: of the simulator, 0 for one per core.
+        report: told of the progress.
+
+    Raises:
+        InputError: the evidence can't be used.
+    """
+    marks = [time.perf_counter()]
+    uniform, grid = resample(evidence)
+    clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
+    duration_s = clock.steps * clock.step_s
+    report("kinematic fit", 0.0, duration_s)
+    fit = kinematics.fit(uniform, scene, plan.kinematics)
+    marks.append(time.perf_counter())
+
+    mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
+    problem = problems.pose(fit, uniform, mjcf, clock, plan)
+    engine = sampling.Sampler(problem, threads)
+    handover = sampling.start(problem)
+    rng = np.random.default_rng(seed)
+    solved: list[WindowResult] = []
+    for window in schedule.cut(clock, plan):
+        report("simulation", window.start_step * clock.step_s, duration_s)
+        result = engine.solve(window, handover, rng)
+        if result.status is WindowStatus.FAILED:
+            break
+        solved.append(result)
+        handover = result.handover
+    report("simulation", duration_s, duration_s)
+    marks.append(time.perf_counter())
+
+    motion, audit = results.record(problem, fit, tuple(solved), evidence.times_s, grid)
+    marks.append(time.perf_counter())
+    seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
+    return Reconstruction(evidence, fit, problem, tuple(solved), motion, audit, seconds)

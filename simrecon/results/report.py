@@ -1,0 +1,212 @@
+"""What `report.json` says of a run; plain dictionaries of numbers, text, lists and None."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+import math
+import platform
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+import simrecon
+from simrecon import body as bodies
+from simrecon import camera as cameras
+from simrecon import metrics
+from simrecon import plan as plans
+from simrecon import scene as scenes
+from simrecon.body import names
+from simrecon.results.motion import FALLBACK, SIMULATED
+from simrecon.types import Array, KinematicFit, Report, WindowResult
+
+if TYPE_CHECKING:
+    from simrecon.reconstruct import Reconstruction
+
+SCHEMA = "simrecon.result/1"
+
+_FEET = ("left_foot", "right_foot")
+_FOOT_JOINTS = ("left_ankle", "right_ankle")
+
+
+def make(
+    run: Reconstruction,
+    seconds: dict[str, float],
+    *,
+    input_name: str,
+    plan_name: str,
+    seed: int,
+    threads: int,
+) -> Report:
+    """Everything about a run that is not in its arrays.
+
+    Args:
+        run: the finished run.
+        seconds: wall time by stage.
+        input_name: of the file that the evidence was read from.
+        plan_name: of the plan, as the user gave it.
+        seed: of the run.
+        threads: of the simulator, 0 for one per core.
+
+    Returns:
+        By section. What can't be said of this run is None.
+    """
+    step_s = run.problem.clock.step_s
+    sections = {
+        "schema": SCHEMA,
+        "versions": versions(),
+        "input": {"name": input_name, "sha256": run.evidence.sha256},
+        "plan_name": plan_name,
+        "plan": plans.to_dict(run.problem.plan),
+        "seed": seed,
+        "threads": threads,
+        "windows": [_window(result, step_s) for result in run.windows],
+        "totals": _totals(run, seconds),
+        "person": _person(run.fit),
+        "kinematics": {
+            "iterations": run.fit.iterations,
+            "loss_terms": run.fit.loss,
+            "reprojection_median_px": _median(run.fit.reprojection_px),
+        },
+        "frames": _frames(run),
+        "metrics": plausibility(run),
+        "audit": dataclasses.asdict(run.audit),
+    }
+    return {key: _plain(value) for key, value in sections.items()}
+
+
+def versions() -> dict[str, str | None]:
+    """Versions of simrecon, Python and the libraries that decide the numbers."""
+    found: dict[str, str | None] = {"simrecon": simrecon.__version__, "python": platform.python_version()}
+    for library in ("mujoco", "numpy", "scipy", "nlopt"):
+        try:
+            found[library] = importlib.metadata.version(library)
+        except importlib.metadata.PackageNotFoundError:
+            found[library] = None
+    return found
+
+
+def plausibility(run: Reconstruction) -> dict[str, float | None]:
+    """Scores of the simulated frames that need no reference; docs/metrics.md defines them.
+
+    Returns:
+        By name with unit. A foot is in contact up to `metrics.CONTACT_KINEMATICS_M` above what is under it;
+        `mean_grf_pct_bw` is the mean vertical contact force over body weight.
+    """
+    motion, model = run.motion, run.problem.model
+    kept = motion.status == SIMULATED  # (T,)
+    columns = [motion.joint_names.index(name) for name in _FOOT_JOINTS]
+    feet, clearance = motion.joints_m[kept][:, columns], _foot_clearance(run)
+    weight_N = float(model.body_subtreemass[model.jnt_bodyid[0]] * np.linalg.norm(model.opt.gravity))
+    several = kept.sum() > 1
+    return {
+        "footskate_pct": float(metrics.footskate_pct(feet, clearance)) if several else None,
+        "float_pct": float(metrics.float_pct(clearance)),
+        "penetration_mean_mm": run.audit.floor_penetration_mean_mm,
+        "penetration_max_mm": run.audit.floor_penetration_max_mm,
+        "mean_grf_pct_bw": 100 * float(motion.grf_N[kept, 2].mean()) / weight_N,
+        "mpjpe_2d_px": _mpjpe_2d(run),
+    }
+
+
+def _foot_clearance(run: Reconstruction) -> Array:
+    """Height of each foot's lowest corner over what is under its centre, (S, 2), in the simulated frames."""
+    model, motion = run.problem.model, run.motion
+    data, boxes = mujoco.MjData(model), [model.geom(name).id for name in _FEET]
+    places, axes = [], []
+    for configuration in motion.qpos[motion.status == SIMULATED]:
+        data.qpos[:] = configuration
+        mujoco.mj_kinematics(model, data)
+        places.append(data.geom_xpos[boxes])
+        axes.append(data.geom_xmat[boxes].reshape(-1, 3, 3))
+    centres = np.array(places)  # (S, 2, 3)
+    support = scenes.support_height(run.fit.scene, centres[..., :2])  # (S, 2)
+    return metrics.box_clearance(centres, np.array(axes), model.geom_size[boxes], support)
+
+
+def _mpjpe_2d(run: Reconstruction) -> float | None:
+    """Mean reprojection error of the motion's points, px; None without 2D landmarks or a camera."""
+    evidence, camera, kept = run.evidence, run.fit.camera, run.motion.status == SIMULATED
+    if camera is None or not evidence.keypoint_names:
+        return None
+    points = names.resolve(evidence.keypoint_names)
+    known = points != names.IGNORED
+    shown = cameras.project(camera, run.motion.joints_m[kept][:, points[known]])
+    return float(metrics.mpjpe_2d(shown, evidence.keypoints_px[kept][:, known]))
+
+
+def _window(result: WindowResult, step_s: float) -> dict[str, Any]:
+    window = result.window
+    return {
+        "start_s": window.start_step * step_s,
+        "commit_s": window.commit_step * step_s,
+        "end_s": window.end_step * step_s,
+        "status": result.status.value,
+        "loss": result.loss,
+        "loss_terms": result.loss_terms,
+        "generations": len(result.trace),
+        "evaluations": result.evaluations,
+        "seconds": result.seconds,
+        "stepping_s": result.stepping_s,
+    }
+
+
+def _totals(run: Reconstruction, seconds: dict[str, float]) -> dict[str, Any]:
+    """Sums over windows and stages; a rollout of N steps takes one step more for its last derived fields."""
+    wall_s, video_s = sum(seconds.values()), float(run.evidence.times_s[-1] - run.evidence.times_s[0])
+    stepping_s = sum(result.stepping_s for result in run.windows)
+    simulation_s = sum(result.seconds for result in run.windows)
+    lengths = [result.window.end_step - result.window.start_step + 1 for result in run.windows]
+    return {
+        "seconds": seconds,
+        "wall_s": wall_s,
+        "video_s": video_s,
+        "seconds_per_second": wall_s / video_s,
+        "stepping_share": stepping_s / simulation_s if simulation_s > 0 else None,
+        "windows": len(run.windows),
+        "rollouts": sum(result.evaluations for result in run.windows),
+        "steps": sum(n * result.evaluations for n, result in zip(lengths, run.windows, strict=True)),
+    }
+
+
+def _person(fit: KinematicFit) -> dict[str, Any]:
+    return {
+        "height_m": fit.body.height_m,
+        "mass_kg": fit.body.mass_kg,
+        "lengths_m": bodies.measure_template(fit.body.skeleton),
+    }
+
+
+def _frames(run: Reconstruction) -> dict[str, Any]:
+    """Counts, and indices of the frames that are not simulated, or in which the person was out of view."""
+    times, clock = run.motion.times_s, run.problem.clock
+    nearest = np.rint((times - run.fit.times_s[0]) / clock.frame_s).astype(np.int64)  # (T,)
+    interpolated = np.flatnonzero(run.fit.interpolated[np.clip(nearest, 0, clock.frames - 1)])
+    fallback = np.flatnonzero(run.motion.status == FALLBACK)
+    return {
+        "count": len(times),
+        "simulated": len(times) - len(fallback),
+        "fallback": len(fallback),
+        "interpolated": len(interpolated),
+        "fallback_frames": fallback,
+        "interpolated_frames": interpolated,
+    }
+
+
+def _median(values: Array) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else None
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON knows it: lists for arrays, None for what is not a finite number."""
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

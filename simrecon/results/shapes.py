@@ -1,0 +1,147 @@
+"""Geoms of a MuJoCo model as quads, ready to be drawn. V vertices, F faces, G geoms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from simrecon.types import Array, IntArray
+
+_SIDES = 20
+_CAP_RINGS = 5
+_GEOM = mujoco.mjtGeom
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Quads of one or more geoms.
+
+    Attributes:
+        vertices_m: (V, 3) in the frame of their geom.
+        vertex_geom: (V,) id of the geom.
+        faces: (F, 4) vertex indices, counter-clockwise seen from outside.
+        face_geom: (F,) id of the geom.
+    """
+
+    vertices_m: Array
+    vertex_geom: IntArray
+    faces: IntArray
+    face_geom: IntArray
+
+    def place(self, geom_xpos: Array, geom_xmat: Array) -> Array:
+        """World positions of the vertices, (V, 3), from (G, 3) and (G, 9) of `MjData`."""
+        rotation = geom_xmat.reshape(-1, 3, 3)[self.vertex_geom]  # (V, 3, 3)
+        rotated: Array = np.einsum("vij,vj->vi", rotation, self.vertices_m)
+        return rotated + geom_xpos[self.vertex_geom]
+
+
+def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surface:
+    """Quads of some geoms: spheres, capsules, ellipsoids, cylinders and boxes; others have none.
+
+    Args:
+        model: the compiled model.
+        geoms: ids of the geoms.
+        cell_m: largest edge of a box's quads; small ones sort better by depth.
+    """
+    vertices: list[Array] = [np.zeros((0, 3))]
+    faces: list[IntArray] = [np.zeros((0, 4), np.int64)]
+    vertex_geom, face_geom, count = [], [], 0
+    for geom in geoms:
+        points, quads = _local(int(model.geom_type[geom]), np.array(model.geom_size[geom]), cell_m)
+        vertices.append(points)
+        faces.append(quads + count)
+        vertex_geom += [geom] * len(points)
+        face_geom += [geom] * len(quads)
+        count += len(points)
+    return Surface(
+        np.concatenate(vertices),
+        np.array(vertex_geom, np.int64),
+        np.concatenate(faces),
+        np.array(face_geom, np.int64),
+    )
+
+
+def box_edges(half_m: Array) -> tuple[Array, IntArray]:
+    """The twelve edges of a box.
+
+    Args:
+        half_m: (3,) half sizes.
+
+    Returns:
+        (12, 2, 3) end points, and (12, 2) the two faces that meet there: 0 to 5 for +x, -x, +y, -y, +z, -z.
+    """
+    ends, meeting = [], []
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        for sign_b in (1, -1):
+            for sign_c in (1, -1):
+                edge = np.zeros((2, 3))
+                edge[:, axis] = -1, 1
+                edge[:, b], edge[:, c] = sign_b, sign_c
+                ends.append(edge * half_m)
+                meeting.append((2 * b + (sign_b < 0), 2 * c + (sign_c < 0)))
+    return np.array(ends), np.array(meeting, np.int64)
+
+
+def _local(kind: int, size: Array, cell_m: float) -> tuple[Array, IntArray]:
+    if kind == _GEOM.mjGEOM_BOX:
+        return _box(size, cell_m)
+    if kind == _GEOM.mjGEOM_SPHERE:
+        return _revolve(size[0] * _arc(-1.0, 1.0, 2 * _CAP_RINGS))
+    if kind == _GEOM.mjGEOM_ELLIPSOID:
+        points, quads = _revolve(_arc(-1.0, 1.0, 2 * _CAP_RINGS))
+        return points * size, quads
+    if kind == _GEOM.mjGEOM_CAPSULE:
+        radius, half = size[0], np.array([0.0, size[1]])
+        bands = max(1, int(np.ceil(2 * size[1] / cell_m)))
+        middle = np.stack((np.full(bands + 1, radius), np.linspace(-size[1], size[1], bands + 1)), -1)[1:-1]
+        rings = (
+            radius * _arc(-1.0, 0.0, _CAP_RINGS) - half,
+            middle,
+            radius * _arc(0.0, 1.0, _CAP_RINGS) + half,
+        )
+        return _revolve(np.concatenate(rings))
+    if kind == _GEOM.mjGEOM_CYLINDER:
+        radius, half_length = size[0], size[1]
+        return _revolve(np.array([[0, -1], [1, -1], [1, 0], [1, 1], [0, 1]]) * [radius, half_length])
+    return np.zeros((0, 3)), np.zeros((0, 4), np.int64)
+
+
+def _arc(start: float, stop: float, steps: int) -> Array:
+    """Points (r, z) of a unit half circle, latitudes in quarter turns."""
+    latitude = np.linspace(start, stop, steps + 1) * np.pi / 2
+    return np.stack((np.cos(latitude), np.sin(latitude)), axis=-1)  # (steps + 1, 2)
+
+
+def _revolve(profile: Array) -> tuple[Array, IntArray]:
+    """Turn (P, 2) points (r, z), z increasing, around the z axis."""
+    angle = np.arange(_SIDES) * 2 * np.pi / _SIDES
+    around = np.stack((np.cos(angle), np.sin(angle)), axis=-1)  # (S, 2)
+    rings = np.empty((len(profile), _SIDES, 3))
+    rings[..., :2] = profile[:, None, :1] * around
+    rings[..., 2] = profile[:, 1:]
+    low, here = np.arange(len(profile) - 1)[:, None] * _SIDES, np.arange(_SIDES)
+    after = (here + 1) % _SIDES
+    quads = np.stack((low + here, low + after, low + _SIDES + after, low + _SIDES + here), axis=-1)
+    return rings.reshape(-1, 3), quads.reshape(-1, 4).astype(np.int64)
+
+
+def _box(half_m: Array, cell_m: float) -> tuple[Array, IntArray]:
+    cells = np.maximum(1, np.ceil(2 * half_m / cell_m)).astype(int)  # (3,)
+    vertices, faces, count = [], [], 0
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        for sign in (1.0, -1.0):
+            u, v = np.linspace(-1, 1, cells[b] + 1), np.linspace(-1, 1, cells[c] + 1)
+            grid = np.empty((len(u), len(v), 3))
+            grid[..., axis], grid[..., b], grid[..., c] = sign, u[:, None], v
+            index = np.arange(len(u) * len(v)).reshape(len(u), len(v)) + count
+            corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+            quads = np.stack(corners if sign > 0 else corners[::-1], axis=-1).reshape(-1, 4)
+            vertices.append(grid.reshape(-1, 3) * half_m)
+            faces.append(quads.astype(np.int64))
+            count += grid.shape[0] * grid.shape[1]
+    return np.concatenate(vertices), np.concatenate(faces)

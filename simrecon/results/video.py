@@ -1,0 +1,142 @@
+"""Reading and writing of videos and images with OpenCV."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator, Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon.errors import InputError
+from simrecon.types import Array, IntArray
+
+Image = NDArray[np.uint8]
+
+# FFmpeg, within OpenCV, would write lines of its own beside our errors; it looks at this when first used.
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+
+
+def rate_hz(times_s: Array) -> float:
+    """Mean frame rate of (T,) times; 30 for a single frame."""
+    return float((len(times_s) - 1) / (times_s[-1] - times_s[0])) if len(times_s) > 1 else 30.0
+
+
+def check_video(path: Path | str, times_s: Array) -> None:
+    """Check that a video can be opened and reaches to the last of (T,) times.
+
+    Raises:
+        InputError: it can't or doesn't.
+    """
+    _open(path, times_s)[0].release()
+
+
+def frames(path: Path | str, times_s: Array) -> Generator[Image, None, None]:
+    """Frames of a video at given times.
+
+    Where the video has as many frames as there are times, they are taken one to one; else by the frame rate.
+
+    Args:
+        path: of the video.
+        times_s: (T,) increasing, from the start of the video.
+
+    Returns:
+        T images (H, W, 3), blue green red, upright.
+
+    Raises:
+        InputError: the video can't be opened, or ends too early; the first is found at once.
+    """
+    capture, indices = _open(path, times_s)
+    return _decode(path, capture, indices)
+
+
+def write_video(path: Path | str, images: Iterable[Image], fps: float) -> None:
+    """Write an MPEG-4 video under a temporary name beside `path`, then rename it.
+
+    Args:
+        path: ends in `.mp4`.
+        images: (H, W, 3) of one size, blue green red.
+        fps: frame rate.
+
+    Raises:
+        InputError: it can't be written.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{os.getpid()}.{path.name}")
+    writer: cv2.VideoWriter | None = None
+    try:
+        for image in images:
+            if writer is None:
+                size = (image.shape[1], image.shape[0])
+                writer = cv2.VideoWriter(str(temporary), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+                if not writer.isOpened():
+                    raise InputError(f"{path}: can't write the video: is the folder there and writable?")
+            writer.write(image)
+        if writer is None:
+            raise InputError(f"{path}: there are no frames to write")
+        writer.release()
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"{path}: can't write the video: {error}") from error
+    finally:
+        if writer is not None:
+            writer.release()
+        temporary.unlink(missing_ok=True)
+
+
+def write_image(path: Path | str, image: Image) -> None:
+    """Write an image under a temporary name beside `path`, then rename it; the suffix sets the format.
+
+    Raises:
+        InputError: it can't be written.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{os.getpid()}.{path.name}")
+    try:
+        temporary.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"{path}: can't write the image: {error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _open(path: Path | str, times_s: Array) -> tuple[cv2.VideoCapture, IntArray]:
+    """The open video and the indices (T,) of its frames at the times."""
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such video")
+    capture = cv2.VideoCapture(str(path))
+    if not capture.isOpened():
+        raise InputError(
+            f"{path}: can't be opened as a video; valid: a format that OpenCV reads, such as .mp4"
+        )
+    count, fps = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), capture.get(cv2.CAP_PROP_FPS)
+    if count == len(times_s) or fps <= 0:
+        indices = np.arange(len(times_s))
+    else:
+        indices = np.maximum(np.rint(times_s * fps).astype(np.int64), 0)
+    if 0 < count <= indices[-1]:
+        capture.release()
+        raise InputError(_too_short(path, count, int(indices[-1]) + 1))
+    return capture, indices
+
+
+def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> Generator[Image, None, None]:
+    position, image = -1, None
+    try:
+        for index in indices:
+            while position < index:
+                found, image = capture.read()
+                if not found:
+                    raise InputError(_too_short(path, position + 1, int(indices[-1]) + 1))
+                position += 1
+            if image is not None:
+                yield image.astype(np.uint8, copy=False)
+    finally:
+        capture.release()
+
+
+def _too_short(path: Path | str, found: int, needed: int) -> str:
+    return f"{path}: the video has {found} frames, but the evidence reaches to frame {needed}"
