@@ -60,6 +60,8 @@ class Optimiser:
     generations: int = _range(1, 1_000_000)
     sigma_rad: float = _range(1e-6, math.pi)
     bound_rad: float = _range(1e-6, 2 * math.pi)
+    start_pose: float = _range(0.0, 1.0)
+    start_velocity: float = _range(0.0, 10.0)
     tol_loss: float = _range(0.0)
     tol_sigma: float = _range(0.0)
 
@@ -97,6 +99,7 @@ class Kinematics:
     penetration: float = _range(0.0)
     contact: float = _range(0.0)
     still: float = _range(0.0)
+    balance: float = _range(0.0)
     evaluations: int = _range(1, 1_000_000)
 
 

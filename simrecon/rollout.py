@@ -50,9 +50,9 @@ class Simulator:
         """Roll out.
 
         Args:
-            state: (nstate,) where all rollouts start.
+            state: (nstate,) where all rollouts start, or (P, nstate).
             ctrl: (P, N, nu); P may be below the population, N at least max(at_steps) + 1.
-            at_steps: (F,) steps to read, each at least 1; step s is the state after s controls.
+            at_steps: (F,) steps to read; step s is the state after s controls, step 0 the start.
 
         Returns:
             The rollouts at those steps.
@@ -60,7 +60,8 @@ class Simulator:
         count, steps = ctrl.shape[:2]
         ids = np.arange(count)
         self.batch.state[:count] = state
-        before = self.batch.warning[:count].copy()
+        # A rollout that diverges is reset, and its counter is one again: it would not rise above an old one.
+        self.batch.warning[:count] = 0
         # Reuse of the buffers is safe: what is read at `at_steps` is a copy.
         out = self._out.setdefault(steps, {}) if count == self.batch.nsim else {}
         started = time.perf_counter()
@@ -70,10 +71,12 @@ class Simulator:
         self.seconds += time.perf_counter() - started
         self.steps += count * steps
         # A recorded derived field describes the state before its step, a recorded state the one after it.
-        qpos = out["qpos"][:, at_steps - 1]
+        first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
+        started_at = (at_steps == 0)[None, :, None]
+        qpos = np.where(started_at, first[:, None], out["qpos"][:, np.maximum(at_steps - 1, 0)])
         points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, 1]
-        unwarned = (self.batch.warning[:count] == before).reshape(count, -1).all(axis=1)
-        finite = unwarned & np.isfinite(self.batch.state[:count]).all(axis=1)
+        warned = self.batch.warning[:count, :, 1].any(axis=1)
+        finite = ~warned & np.isfinite(self.batch.state[:count]).all(axis=1)
         return Rollouts(qpos, points, com, finite)
 
 

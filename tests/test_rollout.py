@@ -129,8 +129,34 @@ def test_rollouts_that_diverge_are_flagged_and_harm_no_other(
     found = simulator.run(state, wild, AT)
     assert found.finite.tolist() == [True, False, True, False, True]
     np.testing.assert_array_equal(found.qpos[[0, 2, 4]], expected.qpos[[0, 2, 4]])
-    # and not for ever
+    # again and again, and not for ever
+    for _ in range(2):
+        assert simulator.run(state, wild, AT).finite.tolist() == [True, False, True, False, True]
     assert_same(simulator.run(state, ctrl, AT), expected)
+
+
+@pytest.mark.parametrize("speed", [1e4, 1e12])
+def test_a_state_that_can_not_be_stepped_is_flagged_every_time(
+    model: mujoco.MjModel, ctrl: Array, speed: float
+) -> None:
+    wild = rollout.initial_state(model, model.qpos0, np.full(model.nv, speed))
+    simulator = Simulator(model, P, 1)
+    for _ in range(3):
+        assert not simulator.run(wild, ctrl, AT).finite.any()
+
+
+def test_the_first_step_is_the_state_itself(model: mujoco.MjModel, state: Array, ctrl: Array) -> None:
+    states = np.stack([state, rollout.replay(model, state, ctrl[0])[7]])
+    found = Simulator(model, P, 1).run(states, ctrl[:2], np.array([0, 3]))
+    for row in range(2):
+        data = rollout.forward(model, states[row])
+        np.testing.assert_array_equal(found.qpos[row, 0], data.qpos)
+        np.testing.assert_array_equal(found.points_m[row, 0], data.site_xpos)
+        np.testing.assert_array_equal(found.com_m[row, 0], data.subtree_com[1])
+        later = rollout.replay(model, states[row], ctrl[row, :3])[3]
+        np.testing.assert_array_equal(
+            found.qpos[row, 1], rollout.component(model, later, mujoco.mjtState.mjSTATE_QPOS)
+        )
 
 
 def test_divergence_leaves_no_log_behind(

@@ -124,9 +124,9 @@ def _observe(
 ) -> Observations:
     """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
     in_world = points.joints_m
-    if evidence.joints_frame != "world" and camera is not None:
-        rotation = cameras.extrinsics(camera)[:3, :3]
-        in_world = in_world @ rotation  # (M, T, 3) Rᵀ x, row vectors
+    if evidence.joints_frame != "world":
+        transform = world.LEVEL if camera is None else cameras.extrinsics(camera)
+        in_world = (in_world - transform[:3, 3]) @ transform[:3, :3]  # (M, T, 3) Rᵀ (x - t), row vectors
     hips = [skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]
     has_hips = np.all(points.known[hips] > 0, axis=0).astype(np.float64)  # (T,)
     root_weights = np.zeros(len(skeleton.point_names))

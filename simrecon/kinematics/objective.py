@@ -16,6 +16,7 @@ SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
+SIGMA_BALANCE_M, FOOT_MARGIN_M = 0.05, 0.06
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
 SIGMA_SMOOTH_RADPS2 = 100.0
@@ -231,12 +232,29 @@ class Objective:
         slope[stand] += w.contact * dt * g
         self.terms["contact"] = w.contact * dt * (loss + more)
         gradient = np.einsum("sgt,sgti->gti", slope, normals)
-        com = np.tensordot(touch.mass_share, points, axes=1) / SIGMA_COM_MPS2  # (T, 3)
-        loss, g_com = terms.acceleration(com[None], dt, 1.0)
-        self.terms["smooth_com"] = w.smooth_com * dt * loss
-        gradient += touch.mass_share[:, None, None] * (w.smooth_com * dt * g_com / SIGMA_COM_MPS2)
+        gradient += self._motion_of_mass(points)
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
         return points, gradient, d_scale
+
+    def _motion_of_mass(self, points: Array) -> Array:
+        """Terms of the centre of mass; returns their gradient with respect to the contact points (G, T, 3)."""
+        touch, w, dt = self.contacts, self.weights, self.observations.interval_s
+        com = np.tensordot(touch.mass_share, points, axes=1)  # (T, 3)
+        loss, g_com = terms.acceleration(com[None] / SIGMA_COM_MPS2, dt, 1.0)
+        self.terms["smooth_com"] = w.smooth_com * dt * loss
+        d_com = w.smooth_com * dt * g_com[0] / SIGMA_COM_MPS2  # (T, 3)
+        gradient = np.zeros_like(points)
+        if w.balance:
+            feet = points[touch.soles].mean(axis=1)  # (2, T, 3)
+            over = com - [0.0, 0.0, self.scene.ground.height_m]
+            loss, g_com, g_feet = terms.balance(
+                over, feet, self.observations.standing, dt, SIGMA_BALANCE_M, FOOT_MARGIN_M
+            )
+            self.terms["balance"] = w.balance * dt * loss
+            d_com = d_com + w.balance * dt * g_com
+            gradient[touch.soles] += w.balance * dt * g_feet[:, None] / touch.soles.shape[1]
+        gradient += touch.mass_share[:, None, None] * d_com
+        return gradient
 
     def _shared(self, variables: Variables) -> float:
         """Priors on scale and sole; returns the gradient of the sole."""

@@ -10,6 +10,9 @@ import numpy as np
 
 from simrecon.types import Array
 
+# From this certainty on a foot counts as support.
+STANDS = 0.3
+
 
 def cauchy(squared: Array) -> tuple[Array, Array]:
     """Robust kernel log(1 + r²) of squared, normalised residuals, and its derivative with respect to r²."""
@@ -85,6 +88,55 @@ def penetration(clearance_m: Array, sigma: float) -> tuple[float, Array]:
     """Squared depth inside a thing; clearances of any shape, negative inside."""
     depth = np.maximum(-clearance_m, 0.0) / sigma
     return float(np.sum(depth**2)), -2 * depth / sigma
+
+
+def balance(
+    com_m: Array, feet_m: Array, standing: Array, interval_s: float, sigma: float, margin_m: float
+) -> tuple[float, Array, Array]:
+    """Distance of the zero-moment point from the support of the standing feet, robust.
+
+    The ground can only push where the person stands: the point c_xy - c_z c̈_xy / g (Vukobratović 1972, for a body that does
+    not spin) lies within the feet, or on the line between them. It ties the trunk, whose depth one camera hardly sees,
+    to the feet, whose depth the floor gives.
+
+    Args:
+        com_m: (T, 3) centre of mass, heights over the floor.
+        feet_m: (2, T, 3) middle of the left and the right sole.
+        standing: (2, T) how surely each foot stands, 0 to 1; frames without one don't count.
+        interval_s: between frames.
+        sigma: distance beyond the margin at which the pull begins to fade.
+        margin_m: half length of a foot, within which all is well.
+
+    Returns:
+        The loss and its gradients, (T, 3) of the centre of mass and (2, T, 3) of the feet.
+    """
+    g = 9.81
+    acceleration = (com_m[2:, :2] - 2 * com_m[1:-1, :2] + com_m[:-2, :2]) / interval_s**2  # (T - 2, 2)
+    height = com_m[1:-1, 2:]
+    point = com_m[1:-1, :2] - height * acceleration / g  # (T - 2, 2)
+    left, right = feet_m[:, 1:-1, :2]
+    sure = standing[:, 1:-1]
+    across = right - left
+    along = np.sum((point - left) * across, axis=-1) / np.maximum(np.sum(across**2, axis=-1), 1e-9)
+    low, high = np.where(sure[0] < STANDS, 1.0, 0.0), np.where(sure[1] < STANDS, 0.0, 1.0)
+    share = np.clip(along, np.minimum(low, high), np.maximum(low, high))[
+        :, None
+    ]  # (T - 2, 1) 0 left, 1 right
+    offset = point - (1 - share) * left - share * right  # (T - 2, 2)
+    far = np.linalg.norm(offset, axis=-1)
+    excess = np.maximum(far - margin_m, 0.0) / sigma
+    loss, slope = cauchy(excess**2)
+    weight = np.where((sure >= STANDS).any(axis=0), sure.max(axis=0), 0.0)
+    d_point = (weight * slope * 2 * excess / sigma / np.maximum(far, 1e-9))[:, None] * offset  # (T - 2, 2)
+    d_com, d_feet = np.zeros_like(com_m), np.zeros_like(feet_m)
+    lever = d_point * -height / (g * interval_s**2)
+    d_com[1:-1, :2] += d_point - 2 * lever
+    d_com[2:, :2] += lever
+    d_com[:-2, :2] += lever
+    d_com[1:-1, 2] -= np.sum(d_point * acceleration, axis=-1) / g
+    d_feet[0, 1:-1, :2] = -(1 - share) * d_point
+    d_feet[1, 1:-1, :2] = -share * d_point
+    return float(np.sum(weight * loss)), d_com, d_feet
 
 
 def touching(clearance_m: Array, sigma: float, weights: Array | float = 1.0) -> tuple[float, Array]:

@@ -35,28 +35,39 @@ def settings(
     overlap_s: float = 0.0,
     population: int = 16,
     generations: int = 5,
+    start: float = 0.0,
     **losses: float,
 ) -> Plan:
     return Plan(
         "a test",
         Simulation(0.012),
         WindowPlan(length_s, overlap_s, 0.2),
-        Optimiser("diagonal", population, generations, 0.1, 1.5, 0.0, 0.0),
+        Optimiser(
+            covariance="diagonal",
+            population=population,
+            generations=generations,
+            sigma_rad=0.1,
+            bound_rad=1.5,
+            start_pose=start,
+            start_velocity=10 * start,
+            tol_loss=0.0,
+            tol_sigma=0.0,
+        ),
         LossWeights(**(LOSSES | losses)),
         None,
     )
 
 
-def standing(camera: Camera | None = None) -> KinematicFit:
+def standing(camera: Camera | None = None, frames: int = FRAMES) -> KinematicFit:
     """Relaxed on the floor, with arms that rise."""
     skeleton = bodies.scaled({}, 1.75)
     person = bodies.build(skeleton, height_m=1.75, mass_kg=70.0, sole_m=0.0)
-    rotvecs = np.tile(prior.gaussian(skeleton).mean_rad, (FRAMES, 1, 1))  # (T, 16, 3)
+    rotvecs = np.tile(prior.gaussian(skeleton).mean_rad, (frames, 1, 1))  # (T, 16, 3)
     for side in ("left", "right"):
-        rotvecs[:, skeleton.names.index(f"{side}_elbow") - 1, 2] += np.linspace(0, 0.4, FRAMES)
-    qpos = np.zeros((FRAMES, 71))
+        rotvecs[:, skeleton.names.index(f"{side}_elbow") - 1, 2] += np.linspace(0, 0.4, frames)
+    qpos = np.zeros((frames, 71))
     qpos[:, 3] = 1.0
-    qpos[:, 7:] = rotations.exp(rotvecs).reshape(FRAMES, -1)
+    qpos[:, 7:] = rotations.exp(rotvecs).reshape(frames, -1)
     _, points = kinematics.configurations(person, qpos)
     feet = [skeleton.point_names.index(name) for name in ("left_heel", "left_toe")]
     qpos[:, 2] = -points[0, feet, 2].min() + 0.003
@@ -65,24 +76,24 @@ def standing(camera: Camera | None = None) -> KinematicFit:
         body=person,
         scene=Scene(),
         camera=camera,
-        times_s=np.arange(FRAMES) * FRAME_S,
+        times_s=np.arange(frames) * FRAME_S,
         qpos=qpos,
         com_m=com,
-        reprojection_px=np.zeros((FRAMES, 0)),
-        interpolated=np.zeros(FRAMES, dtype=bool),
+        reprojection_px=np.zeros((frames, 0)),
+        interpolated=np.zeros(frames, dtype=bool),
         iterations=0,
         loss={},
     )
 
 
-def unseen() -> Evidence:
+def unseen(frames: int = FRAMES) -> Evidence:
     return Evidence(
-        times_s=np.arange(FRAMES) * FRAME_S,
+        times_s=np.arange(frames) * FRAME_S,
         keypoint_names=(),
-        keypoints_px=np.zeros((FRAMES, 0, 2)),
-        scores=np.zeros((FRAMES, 0)),
+        keypoints_px=np.zeros((frames, 0, 2)),
+        scores=np.zeros((frames, 0)),
         joint_names=(),
-        joints_m=np.zeros((FRAMES, 0, 3)),
+        joints_m=np.zeros((frames, 0, 3)),
         joints_frame="world",
     )
 
@@ -91,7 +102,7 @@ def clip(plan: Plan, fit: KinematicFit | None = None, evidence: Evidence | None 
     fit = standing() if fit is None else fit
     clock = schedule.clock(fit.times_s, plan.simulation.timestep_max_s)
     mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
-    return problems.pose(fit, unseen() if evidence is None else evidence, mjcf, clock, plan)
+    return problems.pose(fit, unseen(len(fit.times_s)) if evidence is None else evidence, mjcf, clock, plan)
 
 
 class Makers:
@@ -99,7 +110,7 @@ class Makers:
 
     settings: Callable[..., Plan] = staticmethod(settings)
     standing: Callable[..., KinematicFit] = staticmethod(standing)
-    unseen: Callable[[], Evidence] = staticmethod(unseen)
+    unseen: Callable[..., Evidence] = staticmethod(unseen)
     clip: Callable[..., Problem] = staticmethod(clip)
 
 

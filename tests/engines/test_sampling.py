@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from simrecon import kinematics, rollout, schedule, splines
+from simrecon.cmaes import CMAES
 from simrecon.engines import sampling
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import Sampler
+from simrecon.engines.task import Task
 from simrecon.plan import Plan
 from simrecon.types import Array, Handover, WindowResult, WindowStatus
 
@@ -37,15 +39,15 @@ def as_simulated(problem: Problem, fit, knots: Array) -> Problem:
 
 
 def test_known_knots_are_recovered(make) -> None:
-    plan = make.settings(population=32, generations=60, landmark=5.0)
-    fit = make.standing()
+    plan = make.settings(population=24, generations=150)
+    fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
     start = sampling.start(problem)
     truth = np.random.default_rng(5).uniform(-0.3, 0.3, start.knots_rad.shape)
     problem = as_simulated(problem, fit, truth)
     (window,) = schedule.cut(problem.clock, plan)
     # under the true knots nothing is left of the loss (arccos keeps half of the digits)
-    exact = sampling._Task(problem, window, start)
+    exact = Task(problem, window, start)
     terms, finite = exact.evaluate(
         Sampler(problem, 1).simulator, np.stack([truth.ravel(), 0 * truth.ravel()])
     )
@@ -54,11 +56,11 @@ def test_known_knots_are_recovered(make) -> None:
     assert total[0] < 1e-4 < 0.05 < total[1]
     (result,) = solve(problem, plan)
     assert result.trace[0] <= total[1]
-    assert result.loss < 0.25 * total[1]
+    assert result.loss < 0.35 * total[1]
     assert (np.diff(result.trace) <= 0).all()
     assert result.loss == pytest.approx(sum(result.loss_terms.values()))
     assert result.status is WindowStatus.GENERATIONS
-    assert (result.evaluations, len(result.trace)) == (32 * 60, 60)
+    assert (result.evaluations, len(result.trace)) == (24 * 150, 150)
     assert 0 < result.stepping_s <= result.seconds
 
 
@@ -125,9 +127,9 @@ def test_a_window_is_never_worse_than_the_kinematic_targets_alone(
     problem: Problem, plan: Plan, results: list[WindowResult]
 ) -> None:
     window = schedule.cut(problem.clock, plan)[0]
-    task = sampling._Task(problem, window, sampling.start(problem))
-    terms, _ = task.evaluate(Sampler(problem, 1).simulator, np.zeros((1, len(task.warm_start()) * 48)))
-    assert results[0].trace[0] <= sum(terms.values())[0]
+    task = Task(problem, window, sampling.start(problem))
+    terms, _ = task.evaluate(Sampler(problem, 1).simulator, np.zeros((1, len(task.warm_start()))))
+    assert results[0].trace[0] <= sum(terms.values())[0] * (1 + 1e-9)
 
 
 def test_terms_that_are_switched_off_are_left_out(results: list[WindowResult]) -> None:
@@ -152,25 +154,36 @@ def test_a_window_in_which_everything_diverges_fails(problem: Problem, plan: Pla
     assert sampler.solve(window, start, np.random.default_rng(0)).status is WindowStatus.GENERATIONS
 
 
-def test_tolerances_are_relative(make) -> None:
-    plan = make.settings(length_s=0.1, population=256, generations=200)
-    loose = replace(plan, optimiser=replace(plan.optimiser, generations=60, tol_loss=10.0, tol_sigma=10.0))
-    fit = make.standing()
-    short = replace(fit, times_s=fit.times_s[:3], qpos=fit.qpos[:3], com_m=fit.com_m[:3])
-    evidence = make.unseen()
-    evidence = replace(
-        evidence,
-        times_s=evidence.times_s[:3],
-        keypoints_px=evidence.keypoints_px[:3],
-        scores=evidence.scores[:3],
-        joints_m=evidence.joints_m[:3],
-    )
-    problem = make.clip(loose, short, evidence)
-    (result,) = solve(problem, loose)
+def test_tolerances_are_relative(make, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = make.settings(population=4, generations=5)
+    plan = replace(plan, optimiser=replace(plan.optimiser, tol_loss=0.02, tol_sigma=0.3))
+    problem = make.clip(plan, make.standing(frames=3))
+    asked = []
+
+    def converged(_: CMAES, tol_loss: float, tol_sigma: float) -> bool:
+        asked.append((tol_loss, tol_sigma))
+        return len(asked) == 3
+
+    monkeypatch.setattr(CMAES, "converged", converged)
+    (result,) = solve(problem, plan)
     assert result.status is WindowStatus.CONVERGED
-    # as soon as the memory of the stopping rule is full: 10 + 30 n / P generations
-    unknowns = len(sampling.start(problem).knots_rad) * 48
-    assert len(result.trace) == 10 + int(np.ceil(30 * unknowns / 256))
-    strict = replace(loose, optimiser=replace(loose.optimiser, tol_loss=0.0))
-    (result,) = solve(replace(problem, plan=strict), strict)
-    assert result.status is WindowStatus.GENERATIONS
+    assert len(result.trace) == 3
+    np.testing.assert_allclose(
+        asked, [(0.02 * best, 0.3 * plan.optimiser.sigma_rad) for best in result.trace]
+    )
+
+
+def test_the_first_state_may_be_free(make) -> None:
+    plan = make.settings(length_s=0.2, overlap_s=0.1, population=8, generations=3, start=0.02)
+    problem = make.clip(plan)
+    given = sampling.start(problem).state
+    results = solve(problem, plan)
+    assert np.abs(results[0].states[0] - given).max() > 1e-3
+    np.testing.assert_array_equal(results[1].states[0], results[0].states[-1])
+    part = mujoco.mjtState.mjSTATE_QPOS
+    before, after = (rollout.component(problem.model, state, part) for state in (given, results[0].states[0]))
+    assert 0 < np.abs(after - before).max() < 0.3
+    quats = after[3:].reshape(17, 4)
+    np.testing.assert_allclose(np.linalg.norm(quats, axis=1), 1.0, atol=1e-12)
+    states = rollout.replay(problem.model, results[0].states[0], schedule.stitch(tuple(results)))
+    np.testing.assert_array_equal(states[-1], results[-1].states[-1])

@@ -68,6 +68,8 @@ def test_the_frame_of_the_3d_estimate_does_not_matter(make, walk, camera, weight
     ):
         fit = kinematics.fit(given, Scene(), weights)
         assert distance_m(fit, walk) < 0.012, given.joints_frame
+        # the 3D estimate agrees with the image on where the person is
+        assert fit.loss["place"] < 0.01, given.joints_frame
 
 
 def test_landmarks_alone_are_enough_with_extrinsics(make, walk, camera, weights) -> None:
@@ -90,6 +92,22 @@ def test_a_3d_estimate_alone_is_enough(make, walk, camera, weights) -> None:
     assert fit.reprojection_px.shape == (T, 0)
     # place weighs little against feet that slide, which real ones don't
     assert distance_m(fit, walk) < 0.05
+
+
+@pytest.mark.parametrize("relative", [False, True], ids=["camera", "camera_root_relative"])
+def test_without_a_camera_its_frame_is_taken_for_level(make, weights, relative: bool) -> None:
+    walk = make.walking(T)
+    level = make.looking_at(np.array([4.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
+    evidence = make.in_camera(make.seen(walk, level), relative)
+    blind = replace(
+        evidence, keypoint_names=(), keypoints_px=np.zeros((T, 0, 2)), scores=np.zeros((T, 0)), camera=None
+    )
+    found = points(kinematics.fit(blind, Scene(), weights))
+    up = (
+        found[:, walk.skeleton.point_names.index("nose")]
+        - found[:, walk.skeleton.point_names.index("left_ankle")]
+    )
+    assert (up[:, 2] > 1.2).all()
 
 
 def test_frames_out_of_view_are_bridged(make, walk, camera, weights) -> None:

@@ -1,0 +1,152 @@
+"""One window as a function of its unknowns: the knots, and for the first window the state it starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon import losses, rollout, splines
+from simrecon.engines.problem import Problem
+from simrecon.rollout import Rollouts, Simulator
+from simrecon.types import Array, Handover, IntArray, Window, WindowResult
+
+# How far the unknowns may go, in initial standard deviations of the first state.
+START_BOUND = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Targets:
+    """Targets of the loss at the F frames of a window, the first included."""
+
+    orientations: Array
+    com_m: Array
+    points_m: Array
+    rays: Array
+    scores: Array
+
+
+class Task:
+    """One window. Unknowns x (n,): knots (Q, nu), then (first window) pose and velocity offsets (nv,) each.
+
+    Attributes:
+        window: which part of the clip.
+        at_steps: (F,) steps that the loss looks at, the first one included.
+    """
+
+    def __init__(self, problem: Problem, window: Window, handover: Handover) -> None:
+        """Lay out a window that starts at the exact state of `handover`, warm-started with its knots."""
+        self.problem, self.window, self.handover = problem, window, handover
+        clock, spacing = problem.clock, problem.plan.window.knot_spacing_s
+        first_s, last_s = window.start_step * clock.step_s, window.end_step * clock.step_s
+        self.knots = splines.support(first_s, last_s, spacing)
+        self.shape = (self.knots.stop - self.knots.start, problem.model.nu)
+        # one step more than the window, for a rollout's derived fields lag by one
+        times_s = np.arange(window.start_step, window.end_step + 1) * clock.step_s
+        at_s = np.minimum(times_s, last_s)
+        self._basis = splines.basis(at_s, spacing, self.shape[0], self.knots.start * spacing)  # (N + 1, Q)
+        self._base = problem.targets_rad[window.start_step : window.end_step + 1]  # (N + 1, nu)
+        rows = problem.frames(window)
+        self.at_steps: IntArray = rows * clock.stride - window.start_step
+        self._targets = _Targets(
+            problem.orientations[rows],
+            problem.com_m[rows],
+            problem.points_m[rows],
+            problem.rays[rows],
+            problem.scores[rows],
+        )
+        optimiser = problem.plan.optimiser
+        free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
+        self._free = 2 * problem.model.nv if free else 0
+
+    def warm_start(self) -> Array:
+        """Unknowns (n,): knots of the overlap as the last window left them, then as the last known one."""
+        knots = self.handover.knots_rad[self.knots].copy()
+        if self.window.index:
+            clock, plan = self.problem.clock, self.problem.plan.window
+            start_s, end_s = (step * clock.step_s for step in (self.window.start_step, self.window.end_step))
+            reached = splines.support(start_s, min(start_s + plan.overlap_s, end_s), plan.knot_spacing_s).stop
+            known = min(max(reached - self.knots.start, 1), len(knots))
+            knots[known:] = knots[known - 1]
+        return np.concatenate((knots.ravel(), np.zeros(self._free)))
+
+    def deviations(self) -> Array:
+        """Initial standard deviations (n,) of the unknowns."""
+        optimiser, nv = self.problem.plan.optimiser, self.problem.model.nv
+        knots = np.full(self.shape[0] * self.shape[1], optimiser.sigma_rad)
+        start = [np.full(nv, max(value, 1e-9)) for value in (optimiser.start_pose, optimiser.start_velocity)]
+        return np.concatenate((knots, *start)) if self._free else knots
+
+    def bounds(self) -> Array:
+        """Lowest and highest value (n, 2) of the unknowns."""
+        highest = START_BOUND * self.deviations()
+        highest[: self.shape[0] * self.shape[1]] = self.problem.plan.optimiser.bound_rad
+        return np.stack((-highest, highest), axis=1)
+
+    def control(self, samples: Array) -> Array:
+        """Control (P, N + 1, nu) of unknowns (P, n)."""
+        knots = samples[:, : self.shape[0] * self.shape[1]].reshape(-1, *self.shape)
+        ctrl: Array = self._base + self._basis @ knots
+        return ctrl
+
+    def states(self, samples: Array) -> Array:
+        """States (P, nstate) from which rollouts of the unknowns (P, n) start."""
+        states = np.repeat(self.handover.state[None], len(samples), axis=0)
+        if self._free:
+            model = self.problem.model
+            qpos = rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)
+            qvel = rollout.component(model, states, mujoco.mjtState.mjSTATE_QVEL)
+            offsets = samples[:, -self._free :].reshape(-1, 2, model.nv)
+            qvel += offsets[:, 1]
+            for row, offset in zip(qpos, np.ascontiguousarray(offsets[:, 0]), strict=True):
+                mujoco.mj_integratePos(model, row, offset, 1.0)
+        return states
+
+    def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
+        rolled = simulator.run(self.states(samples), self.control(samples), self.at_steps)
+        with np.errstate(all="ignore"):
+            terms = self._terms(rolled)
+        finite = rolled.finite & np.isfinite(sum(terms.values()))
+        return terms, finite
+
+    def _terms(self, rolled: Rollouts) -> dict[str, Array]:
+        problem, target, weights = self.problem, self._targets, self.problem.plan.loss
+        points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
+        orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
+        terms = {
+            "com_position": losses.com_position(rolled.com_m, target.com_m),
+            "com_velocity": losses.com_velocity(rolled.com_m, target.com_m, problem.interval_s),
+        }
+        if weights.pose:
+            terms["pose"] = losses.pose(orientations, target.orientations)
+        if weights.landmark:
+            terms["landmark"] = losses.landmark(points, target.points_m)
+        if weights.reprojection and problem.world_to_camera is not None:
+            terms["reprojection"] = losses.reprojection(
+                points, target.rays, target.scores, problem.world_to_camera
+            )
+        if weights.joint_limit:
+            terms["joint_limit"] = losses.joint_limit(losses.joint_rotvecs(orientations), problem.limits_rad)
+        if weights.prior:
+            terms["prior"] = losses.prior(problem.prior.latent(orientations[..., 1:, :]))
+        if weights.total_variation:
+            terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
+        return {name: getattr(weights, name) * value for name, value in terms.items()}
+
+    def commit(self, x: Array, **result: object) -> WindowResult:
+        """Step the window's first part for good under the unknowns x (n,), and hand over."""
+        kept = self.window.commit_step - self.window.start_step
+        ctrl = self.control(x[None])[0, :kept]
+        states = rollout.replay(self.problem.model, self.states(x[None])[0], ctrl)
+        knots = self.handover.knots_rad.copy()
+        knots[self.knots] = x[: self.shape[0] * self.shape[1]].reshape(self.shape)
+        return WindowResult(
+            window=self.window,
+            ctrl=ctrl,
+            states=states,
+            handover=Handover(states[-1], knots),
+            **result,  # type: ignore[arg-type]
+        )
