@@ -65,9 +65,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     given = evidence.read(options.input)
-    keypoints, joints = (tuple(map(str.lower, n)) for n in (given.keypoint_names, given.joint_names))
-    lower = replace(given, keypoint_names=keypoints, joint_names=joints)
-    evidence.check_names(lower, names.valid_names(), options.input)
+    evidence.check_names(given, names.valid_names(), options.input)
     if options.height_m is not None:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:

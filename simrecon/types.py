@@ -202,12 +202,10 @@ class Handover:
     Attributes:
         state: (nstate,) `mjSTATE_INTEGRATION`.
         knots_rad: (Q, nu) control offsets of the whole clip so far; knots not yet reached are zero.
-        sigma_rad: (Q, nu) step sizes that were left at the end, by knot, or None at the start.
     """
 
     state: Array
     knots_rad: Array
-    sigma_rad: Array | None = None
 
 
 class WindowStatus(Enum):
@@ -228,7 +226,7 @@ class WindowResult:
         states: (commit_step - start_step + 1, nstate) the committed states, the first included.
         loss: best total loss; loss_terms: its weighted terms by name.
         trace: (G,) best loss by generation.
-        evaluations, seconds, stepping_s: rollouts done, wall time, wall time within MuJoCo.
+        evaluations: rollouts done, the last one of the mean; seconds, stepping_s: wall time, and within MuJoCo.
         handover: to the next window.
     """
 

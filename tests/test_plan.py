@@ -90,7 +90,7 @@ def test_a_whole_number_is_accepted_for_a_float() -> None:
         ("tol_loss = .*", f"tol_loss = 1{'0' * 400}", ("tol_loss", "at least 0")),
         ("tol_loss = .*", "tol_loss = -1", ("tol_loss", "at least 0", "-1")),
         ("pose = .*", 'pose = "0.5"', ("[loss] pose", "a number", "'0.5'")),
-        ("overlap_s = .*", "overlap_s = 0.5", ("overlap_s", "below length_s", "0.5")),
+        ("overlap_s = .*", "overlap_s = 0.6", ("overlap_s", "below length_s", "0.6")),
         ("knot_spacing_s = .*", "knot_spacing_s = 9", ("knot_spacing_s", "at most length_s", "9")),
         (r"\[window\]", "[window", ("not valid TOML",)),
     ],

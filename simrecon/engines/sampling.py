@@ -72,6 +72,13 @@ class Sampler:
             if es.converged(plan.tol_loss * best, plan.tol_sigma * plan.sigma_rad):
                 status = WindowStatus.CONVERGED
                 break
+        # The mean averages out the sampling noise of coordinates that have not converged.
+        terms, finite = task.evaluate(self.simulator, es.mean[None])
+        loss = sum(float(value[0]) for value in terms.values()) if finite[0] else np.inf
+        if loss < best:
+            best, best_x = loss, es.mean.copy()
+            best_terms = {name: float(value[0]) for name, value in terms.items()}
+            trace[-1] = best
         if not np.isfinite(best):
             status = WindowStatus.FAILED
         return task.commit(
@@ -79,7 +86,7 @@ class Sampler:
             loss=best,
             loss_terms=best_terms,
             trace=np.array(trace),
-            evaluations=es.evaluations,
+            evaluations=es.evaluations + 1,
             seconds=time.perf_counter() - began,
             stepping_s=self.simulator.seconds - stepping,
             status=status,

@@ -88,14 +88,14 @@ def check_names(evidence: Evidence, valid: Collection[str], path: str | os.PathL
 
     Args:
         evidence: read from `path`.
-        valid: every name that the landmark table knows.
+        valid: every name that the landmark table knows, in lower case; letter case does not matter.
         path: for the message.
 
     Raises:
         InputError: names the unknown ones and lists the valid ones.
     """
     for key, names in (("keypoint_names", evidence.keypoint_names), ("joint_names", evidence.joint_names)):
-        if unknown := [name for name in names if name not in valid]:
+        if unknown := [name for name in names if name.lower() not in valid]:
             Arrays(os.fspath(path), {}).fail(key, f"unknown {listed(unknown)}", ", ".join(sorted(valid)))
 
 

@@ -237,7 +237,7 @@ class Objective:
         return points, gradient, d_scale
 
     def _motion_of_mass(self, points: Array) -> Array:
-        """Terms of the centre of mass; returns their gradient with respect to the contact points (G, T, 3)."""
+        """Terms of the centre of mass; returns their gradient, (G, T, 3), by the contact points."""
         touch, w, dt = self.contacts, self.weights, self.observations.interval_s
         com = np.tensordot(touch.mass_share, points, axes=1)  # (T, 3)
         loss, g_com = terms.acceleration(com[None] / SIGMA_COM_MPS2, dt, 1.0)

@@ -95,9 +95,9 @@ def balance(
 ) -> tuple[float, Array, Array]:
     """Distance of the zero-moment point from the support of the standing feet, robust.
 
-    The ground can only push where the person stands: the point c_xy - c_z c̈_xy / g (Vukobratović 1972, for a body that does
-    not spin) lies within the feet, or on the line between them. It ties the trunk, whose depth one camera hardly sees,
-    to the feet, whose depth the floor gives.
+    The ground can only push where the person stands: the point c_xy - c_z c̈_xy / g (Vukobratović 1972, for a
+    body that does not spin) lies within the feet, or on the line between them. It ties the trunk, whose depth
+    one camera hardly sees, to the feet, whose depth the floor gives.
 
     Args:
         com_m: (T, 3) centre of mass, heights over the floor.

@@ -164,13 +164,37 @@ def _replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str,
         if k > 0:
             now = data
             data.ctrl[:] = ctrl[k - 1]
+            before = data.qvel.copy()
             mujoco.mj_step(model, data)
         mujoco.mj_getState(model, data, states[k], rollout.STATE)
         depth = max(depth, _read_contacts(model, now, part, force[k], pressure[k], moment[k]))
-        torque[k] = now.actuator_force
+        torque[k] = now.actuator_force if k == 0 else _acting_torque(model, data, before)
         root_force = max(root_force, np.abs(now.qfrc_actuator[:ROOT_DOFS]).max())
         applied = max(applied, np.abs(now.qfrc_applied).max(), np.abs(now.xfrc_applied).max())
     return _Trace(states, force, pressure, moment, torque, float(root_force), float(applied), float(depth))
+
+
+def _acting_torque(model: mujoco.MjModel, data: mujoco.MjData, before: Array) -> Array:
+    """Torque (nu,) of the motors over the last step.
+
+    The `discrete` integrator takes stiffness and damping at the end of the step: of the force f at its start
+    there acts f - k h v' - d (v' - v), with v and v' the joint velocities before and after; where f is at its
+    limit, f itself.
+
+    Args:
+        model: with PD motors on ball joints.
+        data: after the step.
+        before: (nv,) velocities before it.
+    """
+    dofs = model.jnt_dofadr[model.actuator_trnid[:, 0]] + np.argmax(
+        np.abs(model.actuator_gear[:, :3]), axis=1
+    )
+    stiffness, damping = model.actuator_gainprm[:, 0], -model.actuator_biasprm[:, 2]
+    force = data.actuator_force
+    after = data.qvel[dofs]
+    implicit = force - stiffness * model.opt.timestep * after - damping * (after - before[dofs])
+    low, high = model.actuator_forcerange.T
+    return np.asarray(np.where((force <= low) | (force >= high), force, implicit))
 
 
 def _read_contacts(

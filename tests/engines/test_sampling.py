@@ -60,7 +60,7 @@ def test_known_knots_are_recovered(make) -> None:
     assert (np.diff(result.trace) <= 0).all()
     assert result.loss == pytest.approx(sum(result.loss_terms.values()))
     assert result.status is WindowStatus.GENERATIONS
-    assert (result.evaluations, len(result.trace)) == (24 * 150, 150)
+    assert (result.evaluations, len(result.trace)) == (24 * 150 + 1, 150)  # and the mean at the end
     assert 0 < result.stepping_s <= result.seconds
 
 
@@ -168,9 +168,10 @@ def test_tolerances_are_relative(make, monkeypatch: pytest.MonkeyPatch) -> None:
     (result,) = solve(problem, plan)
     assert result.status is WindowStatus.CONVERGED
     assert len(result.trace) == 3
-    np.testing.assert_allclose(
-        asked, [(0.02 * best, 0.3 * plan.optimiser.sigma_rad) for best in result.trace]
-    )
+    # the last entry of the trace may be that of the mean, which is evaluated after the last question
+    expected = [(0.02 * best, 0.3 * plan.optimiser.sigma_rad) for best in result.trace]
+    np.testing.assert_allclose(asked[:2], expected[:2])
+    assert asked[2] >= expected[2]
 
 
 def test_the_first_state_may_be_free(make) -> None:

@@ -145,5 +145,6 @@ def weights() -> Kinematics:
         penetration=1.0,
         contact=2.0,
         still=0.1,
+        balance=0.5,
         evaluations=400,
     )

@@ -89,6 +89,41 @@ def test_slow_points_are_held_and_fast_ones_left_alone() -> None:
     assert terms.still(np.ones((M, T, 3)), 0.1, 0.1)[0] == 0.0
 
 
+def test_the_gradient_of_balance_is_that_of_finite_differences() -> None:
+    rng = np.random.default_rng(5)
+    com = rng.normal([0.0, 0.0, 0.9], [0.2, 0.2, 0.05], (8, 3))
+    feet = rng.normal([[[0.0, 0.1, 0.0]], [[0.0, -0.1, 0.0]]], 0.05, (2, 8, 3))
+    standing = np.array([[1, 1, 1, 0, 0, 0.5, 1, 1], [1, 0.1, 0.8, 0.9, 0, 0.2, 1, 0]], dtype=float)
+
+    def loss(where: Array) -> tuple[float, Array]:
+        value, d_com, d_feet = terms.balance(where[:8], where[8:].reshape(2, 8, 3), standing, 0.2, 0.05, 0.06)
+        return value, np.concatenate((d_com, d_feet.reshape(16, 3)))
+
+    where = np.concatenate((com, feet.reshape(16, 3)))
+    _, gradient = loss(where)
+    assert np.abs(gradient).max() > 1
+    for index in np.ndindex(where.shape):
+        ahead, behind = where.copy(), where.copy()
+        ahead[index] += 1e-6
+        behind[index] -= 1e-6
+        slope = (loss(ahead)[0] - loss(behind)[0]) / 2e-6
+        assert slope == pytest.approx(gradient[index], abs=1e-4 * max(1.0, abs(slope)))
+
+
+def test_who_stands_over_a_foot_is_in_balance_and_who_leans_is_not() -> None:
+    feet = np.zeros((2, 5, 3))
+    feet[:, :, 1] = [[0.1], [-0.1]]
+    both, left = np.ones((2, 5)), np.stack((np.ones(5), np.zeros(5)))
+    over, lean, right = (
+        np.tile(place, (5, 1)) for place in ([0.0, 0.0, 0.9], [0.3, 0.0, 0.9], [0.0, -0.1, 0.9])
+    )
+    assert terms.balance(over, feet, both, 0.1, 0.05, 0.06)[0] == 0.0
+    assert terms.balance(lean, feet, both, 0.1, 0.05, 0.06)[0] > 1.0
+    assert terms.balance(right, feet, both, 0.1, 0.05, 0.06)[0] == 0.0
+    assert terms.balance(right, feet, left, 0.1, 0.05, 0.06)[0] > 1.0
+    assert terms.balance(lean, feet, np.zeros((2, 5)), 0.1, 0.05, 0.06)[0] == 0.0
+
+
 def test_what_lies_within_the_limits_is_free() -> None:
     loss, gradient = terms.outside(np.array([-0.5, 0.0, 0.5, 0.7]), np.full(4, -0.5), np.full(4, 0.5), 0.1)
     assert loss == pytest.approx(4.0)
