@@ -226,7 +226,8 @@ class WindowResult:
         states: (commit_step - start_step + 1, nstate) the committed states, the first included.
         loss: best total loss; loss_terms: its weighted terms by name.
         trace: (G,) best loss by generation.
-        evaluations: rollouts done, the last one of the mean; seconds, stepping_s: wall time, and within MuJoCo.
+        evaluations: rollouts done, the last one of the mean.
+        seconds, stepping_s: wall time, and wall time within MuJoCo.
         handover: to the next window.
     """
 
