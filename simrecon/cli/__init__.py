@@ -1,0 +1,76 @@
+"""The command line: arguments, progress and messages; all else happens in the modules below.
+
+A command is a module with a function `add(commands)`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import traceback
+from collections.abc import Iterator
+
+import mujoco
+
+import simrecon
+from simrecon.cli import evaluate, run
+from simrecon.cli.arguments import Parser
+from simrecon.errors import SimreconError
+
+COMMANDS = (run, evaluate)
+EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run a command.
+
+    Args:
+        argv: arguments without the program's name; those of the process if None.
+
+    Returns:
+        Exit status: 0 all simulated, 1 failed, 2 bad usage or input, 3 finished with frames on kinematic
+        fallback, 130 interrupted.
+    """
+    given = sys.argv[1:] if argv is None else argv
+    try:
+        with _quiet_simulator():
+            options = _parser().parse_args(given)
+            finished: int = options.command(options)
+            return finished
+    except SystemExit as done:  # argparse, after -h and --version
+        return int(done.code or 0)
+    except KeyboardInterrupt:
+        print("simrecon: interrupted, nothing was written", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except Exception as error:
+        debug = "--debug" in given
+        if debug:
+            traceback.print_exc()
+        message, status = str(error), EXIT_FAILED
+        if isinstance(error, SimreconError):
+            status = error.exit_status
+        else:  # a defect
+            message = f"{type(error).__name__}: {message}{'' if debug else '; --debug shows where'}"
+        print("simrecon: error:", " ".join(message.split()), file=sys.stderr)
+        return status
+
+
+@contextlib.contextmanager
+def _quiet_simulator() -> Iterator[None]:
+    """Rollouts that diverge are expected, and counted; MuJoCo would print each, and log it in a file here."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="simrecon", description=simrecon.__doc__, allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"simrecon {simrecon.__version__}")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for module in COMMANDS:
+        module.add(commands)
+    return parser

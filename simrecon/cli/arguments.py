@@ -1,0 +1,66 @@
+"""Pieces that the commands make their arguments of."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from simrecon.errors import InputError
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are ours: one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and where help is."""
+        raise InputError(f"{message}; `{self.prog} -h` shows what is valid")
+
+
+def command(
+    commands: Any, name: str, function: Callable[[argparse.Namespace], int], purpose: str
+) -> argparse.ArgumentParser:
+    """A command of the program.
+
+    Args:
+        commands: subparsers of the program.
+        name: what the user types.
+        function: runs the command with its options, returns the exit status.
+        purpose: one line of help, in lower case.
+    """
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name, help=purpose, description=purpose[0].upper() + purpose[1:] + ".", allow_abbrev=False
+    )
+    parser.set_defaults(command=function)
+    parser.add_argument(
+        "--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of an error"
+    )
+    return parser
+
+
+def whole(high: int) -> Callable[[str], int]:
+    """Reads a whole number from 0 to `high`."""
+
+    def parse(text: str) -> int:
+        if not (text.isdecimal() and text.isascii() and len(text) < 20 and int(text) <= high):
+            raise argparse.ArgumentTypeError(f"found {text!r}; valid: a whole number from 0 to {high}")
+        return int(text)
+
+    return parse
+
+
+def number(bounds: tuple[float, float]) -> Callable[[str], float]:
+    """Reads a number within `bounds`."""
+    low, high = bounds
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"found {text!r}; valid: a number from {low:g} to {high:g}")
+        return value
+
+    return parse

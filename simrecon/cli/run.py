@@ -1,0 +1,137 @@
+"""`simrecon run` and `simrecon demo`: the main job."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from simrecon import evidence, plan, reconstruct, resources, results, scene
+from simrecon.body import names
+from simrecon.cli import arguments
+from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.progress import Progress, duration
+from simrecon.results import overlay
+from simrecon.types import Evidence, Report, Scene
+
+EXIT_FALLBACK = 3
+ENGINES = ("sampling",)
+LARGEST_SEED = 2**63 - 1
+
+
+def add(commands: Any) -> None:
+    """Add the commands to the subparsers of the program."""
+    demo = arguments.command(commands, "demo", _demo, "the main job on the example that ships with simrecon")
+    demo.add_argument(
+        "-o", dest="output", metavar="OUT", default="out/demo", help="result folder [%(default)s]"
+    )
+    _add_settings(demo)
+
+    run = arguments.command(commands, "run", _run, "from evidence to a simulated motion")
+    run.add_argument("input", metavar="INPUT", help="evidence (.npz, see docs/formats.md)")
+    run.add_argument("-o", dest="output", metavar="OUT", required=True, help="result folder, which is made")
+    _add_settings(run)
+    run.add_argument("--engine", choices=ENGINES, default=ENGINES[0], help="optimiser [%(default)s]")
+    run.add_argument("--scene", metavar="FILE", help="floor and things (scene.toml) [a floor at z = 0]")
+    run.add_argument("--video", metavar="FILE", help="what the overlay is drawn on [plain ground]")
+    run.add_argument(
+        "--height-m", type=arguments.number(HEIGHT_RANGE_M), metavar="M", help="the person's height"
+    )
+    run.add_argument(
+        "--mass-kg", type=arguments.number(MASS_RANGE_KG), metavar="KG", help="the person's mass"
+    )
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    plans = ", ".join(plan.names())
+    parser.add_argument("--plan", default="default", help=f"{plans}, or a path [%(default)s]")
+    seed, threads = arguments.whole(LARGEST_SEED), arguments.whole(1024)
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of random numbers [%(default)s]")
+    parser.add_argument(
+        "--threads", type=threads, default=0, metavar="N", help="0: one per core [%(default)s]"
+    )
+
+
+def _run(options: argparse.Namespace) -> int:
+    given = evidence.read(options.input)
+    evidence.check_names(given, names.valid_names(), options.input)
+    if options.height_m is not None:
+        given = replace(given, height_m=options.height_m)
+    if options.mass_kg is not None:
+        given = replace(given, mass_kg=options.mass_kg)
+    return _make(options, given, scene.read(options.scene) if options.scene else Scene())
+
+
+def _demo(options: argparse.Namespace) -> int:
+    folder = resources.folder("example")
+    options.input, options.video = folder / "beam.npz", folder / "beam.mp4"
+    return _make(options, evidence.read(options.input), scene.read(folder / "beam.toml"))
+
+
+def _make(options: argparse.Namespace, given: Evidence, things: Scene) -> int:
+    """Everything that may be wrong is checked before the work begins."""
+    settings = plan.read(options.plan)
+    results.check_writable(options.output)
+    if options.video is not None:
+        overlay.check_video(options.video, given.times_s, given.camera)
+    with _Stages() as stages:
+        made = reconstruct.reconstruct(
+            given, things, settings, seed=options.seed, threads=options.threads, report=stages
+        )
+    said = results.write(
+        options.output,
+        made,
+        plan_name=str(options.plan),
+        seed=options.seed,
+        threads=options.threads,
+        input_name=str(options.input),
+        video=options.video,
+    )
+    print(_summary(said, str(options.output)))
+    return EXIT_FALLBACK if said["frames"]["fallback"] else 0
+
+
+def _summary(said: Report, folder: str) -> str:
+    frames, totals, windows = said["frames"], said["totals"], said["windows"]
+    simulated = f"{frames['simulated']} of {frames['count']} simulated"
+    if frames["fallback"]:
+        simulated += f", {frames['fallback']} on kinematic fallback"
+    if frames["interpolated"]:
+        simulated += f"; {frames['interpolated']} interpolated, the person was out of view"
+    loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
+    spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
+    files = ", ".join(sorted(path.name for path in Path(folder).iterdir()))
+    rows = {"frames": simulated, "loss": loss, "time": spent, "written": f"{folder}: {files}"}
+    return "\n".join(f"{name:<9}{value}" for name, value in rows.items())
+
+
+class _Stages:
+    """Progress of `reconstruct`, one bar or line per stage; its `Report`."""
+
+    def __init__(self) -> None:
+        self._bar: Progress | None = None
+        self._stage, self._total = "", 0.0
+
+    def __enter__(self) -> _Stages:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self._finish()
+        elif self._bar is not None and sys.stderr.isatty():
+            print(file=sys.stderr)  # the error gets a line of its own
+
+    def __call__(self, stage: str, done: float, total: float) -> None:
+        if stage != self._stage:
+            self._finish()
+            self._stage, self._total = stage, total
+            self._bar = Progress(total, stage).__enter__()
+        if self._bar is not None and done < total:
+            self._bar.update(done)
+
+    def _finish(self) -> None:
+        if self._bar is not None:
+            self._bar.update(self._total)
+            self._bar.__exit__(None, None, None)
