@@ -50,6 +50,7 @@ class Evidence:
         betas, mass_kg, height_m: what is known of the person, or None.
         camera: None where no intrinsics are given.
         sha256: of the file it was read from, `""` if made in memory.
+        reading: how a foreign file was understood: format, frame, up axis, unit, person.
     """
 
     times_s: Array
@@ -66,6 +67,7 @@ class Evidence:
     height_m: float | None = None
     camera: Camera | None = None
     sha256: str = ""
+    reading: str = ""
 
 
 @dataclass(frozen=True, eq=False)
