@@ -10,7 +10,7 @@ from typing import Any
 
 from simrecon import evidence, plan, reconstruct, resources, results, scene
 from simrecon.body import names
-from simrecon.cli import arguments
+from simrecon.cli import arguments, reading
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.progress import Progress, duration
 from simrecon.results import overlay
@@ -30,9 +30,10 @@ def add(commands: Any) -> None:
     _add_settings(demo)
 
     run = arguments.command(commands, "run", _run, "from evidence to a simulated motion")
-    run.add_argument("input", metavar="INPUT", help="evidence (.npz, see docs/formats.md)")
+    run.add_argument("input", metavar="INPUT", help="evidence, a network's output or motion capture")
     run.add_argument("-o", dest="output", metavar="OUT", required=True, help="result folder, which is made")
     _add_settings(run)
+    reading.add(run)
     run.add_argument("--engine", choices=ENGINES, default=ENGINES[0], help="optimiser [%(default)s]")
     run.add_argument("--scene", metavar="FILE", help="floor and things (scene.toml) [a floor at z = 0]")
     run.add_argument("--video", metavar="FILE", help="what the overlay is drawn on [plain ground]")
@@ -55,7 +56,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    given = evidence.read(options.input)
+    given = reading.read(options)
     evidence.check_names(given, names.valid_names(), options.input)
     if options.height_m is not None:
         given = replace(given, height_m=options.height_m)

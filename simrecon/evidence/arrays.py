@@ -178,7 +178,7 @@ def _member(
     claimed, there = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
     if claimed > there and not dtype.hasobject:
         raise ValueError(f"an array of {size_text(claimed)} in {size_text(there)}")
-    return np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)  # type: ignore[no-any-return, no-untyped-call]
+    return np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)
 
 
 def listed(names: Collection[str]) -> str:

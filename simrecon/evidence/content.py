@@ -42,6 +42,7 @@ class Content:
 
     @property
     def source(self) -> str:
+        """The path, for messages."""
         return os.fspath(self.path)
 
     @cached_property
@@ -166,7 +167,9 @@ def npy(source: str, raw: bytes) -> NDArray[Any]:
     stream = io.BytesIO(raw)
     try:
         version = np.lib.format.read_magic(stream)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        read = (
+            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        )
         shape, fortran, dtype = read(stream)
     except (ValueError, EOFError, struct.error, SyntaxError, TypeError) as error:
         reason = " ".join(str(error).split())
@@ -197,7 +200,9 @@ def _torch(content: Content) -> Any:
             return pickles.loads(content.source, raw, storages)
     except (zipfile.BadZipFile, OSError, ValueError, RuntimeError, NotImplementedError) as error:
         reason = " ".join(str(error).split())
-        raise InputError(f"{content.source}: found a damaged archive ({reason}); valid: a whole file") from error
+        raise InputError(
+            f"{content.source}: found a damaged archive ({reason}); valid: a whole file"
+        ) from error
 
 
 def _json(content: Content) -> Any:
@@ -211,10 +216,7 @@ def _json(content: Content) -> Any:
 def _pickle(content: Content) -> Any:
     raw = decompressed(content.source, content.raw)
     found = pickles.loads(content.source, raw)
-    if found == tensors.LEGACY_MAGIC:
-        valid = "a file of torch 1.6 or later (read it with torch and save it again)"
-        raise InputError(f"{content.source}: found torch's old layout; valid: {valid}")
-    return found
+    return pickles.loads_legacy(content.source, raw) if found == tensors.LEGACY_MAGIC else found
 
 
 _TREES = {
@@ -238,8 +240,12 @@ def branch(content: Content, tree: Any, prefix: str) -> Arrays:
         InputError: no dictionary.
     """
     if not isinstance(tree, Mapping):
-        raise content.fail(prefix.rstrip(".") or "content", f"a {type(tree).__name__}", "a dictionary of arrays")
-    arrays = {f"{prefix}{key}": array for key, value in tree.items() if (array := as_array(value)) is not None}
+        raise content.fail(
+            prefix.rstrip(".") or "content", f"a {type(tree).__name__}", "a dictionary of arrays"
+        )
+    arrays = {
+        f"{prefix}{key}": array for key, value in tree.items() if (array := as_array(value)) is not None
+    }
     return Arrays(content.source, arrays, content.sha256)
 
 

@@ -1,6 +1,6 @@
 """The formats that can be read, by content, and the reading of two files as one.
 
-A reader is a row of `READERS`: a name for `--format`, a test of the content, and a function that makes evidence.
+A reader is a row of `READERS`: a name for `--format`, a test of the content, a function that makes evidence.
 Readers are tried in order; the first whose test holds reads the file.
 """
 
@@ -21,7 +21,10 @@ from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
 from simrecon.types import Evidence
 
-NO_LENS = "landmarks in an image, but no lens; valid: --fov DEGREES and --size WIDTHxHEIGHT, or --keypoints of a file with one"
+NO_LENS = (
+    "landmarks in an image, but no lens; valid: --fov DEGREES and --size WIDTHxHEIGHT, "
+    "or --keypoints of a file with one"
+)
 OVERLAP_MIN = 0.5
 
 
@@ -156,7 +159,8 @@ def join(
     Args:
         first: with a 3D estimate.
         second: with 2D landmarks; a frame goes with the first one's nearest within half an interval.
-        path, keypoints: of the files, for messages.
+        path: of the first, for messages.
+        keypoints: path of the second.
 
     Raises:
         InputError: one has nothing to give, or they have hardly a frame in common.
@@ -167,7 +171,9 @@ def join(
         raise InputError(f"{os.fspath(path)}: found no 3D estimate; valid: one, to go with --keypoints")
     camera = first.camera or second.camera
     if camera is None:
-        raise InputError(f"{os.fspath(path)}: found {NO_LENS.replace(', or --keypoints of a file with one', '')}")
+        raise InputError(
+            f"{os.fspath(path)}: found {NO_LENS.replace(', or --keypoints of a file with one', '')}"
+        )
     interval = float(np.median(np.diff(first.times_s))) if len(first.times_s) > 1 else np.inf
     right = np.clip(np.searchsorted(second.times_s, first.times_s), 1, max(len(second.times_s) - 1, 1))
     left = right - 1
@@ -177,7 +183,9 @@ def join(
     near = np.abs(second.times_s[nearest] - first.times_s) <= 0.5 * interval  # (T,)
     if near.mean() < OVERLAP_MIN:
         found = f"landmarks for {int(near.sum())} of the {len(near)} frames of {os.fspath(path)}"
-        raise InputError(f"{os.fspath(keypoints)}: found {found}; valid: both of the same video, at one --fps")
+        raise InputError(
+            f"{os.fspath(keypoints)}: found {found}; valid: both of the same video, at one --fps"
+        )
     return replace(
         first,
         keypoint_names=second.keypoint_names,

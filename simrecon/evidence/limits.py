@@ -52,7 +52,9 @@ def decompressed(source: str, content: bytes) -> bytes:
     try:
         return _inflate(source, method, content)
     except (zlib.error, OSError, lzma.LZMAError, EOFError, ValueError) as error:
-        raise InputError(f"{source}: found damaged compressed content ({error}); valid: a whole file") from error
+        raise InputError(
+            f"{source}: found damaged compressed content ({error}); valid: a whole file"
+        ) from error
 
 
 def _method(content: bytes) -> _Decompressor | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.types import Array, Camera
@@ -15,7 +17,8 @@ FRAMES = ("world", "camera")
 
 # A standing person's height, m: outside of it a unit is not believed.
 STATURE_RANGE_M = (1.2, 2.3)
-UPRIGHT_COSINE, UPRIGHT_SHARE = 0.8, 0.8
+# Share of the frames in which an upright trunk tells the axis, alone and where the rest pose agrees.
+UPRIGHT_COSINE, UPRIGHT_SHARE, UPRIGHT_REST_SHARE = 0.8, 0.8, 0.5
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,8 @@ class Options:
         unit: of lengths, one of `UNITS_M`.
         frame: `world` or `camera`, for files that hold both.
         person: which one, as the file names it.
-        fps: frame rate, Hz.
+        fps: frame rate, Hz; takes precedence over that of the file.
+        video_fps: frame rate of the video, for files without one.
         camera: the lens, for files with landmarks only.
     """
 
@@ -38,10 +42,16 @@ class Options:
     frame: str | None = None
     person: str | None = None
     fps: float | None = None
+    video_fps: float | None = None
     camera: Camera | None = None
 
+    @property
+    def rate_hz(self) -> float | None:
+        """The frame rate of a file that has none."""
+        return self.video_fps if self.fps is None else self.fps
 
-def times_s(source: str, frames: Array, fps: float | None) -> Array:
+
+def times_s(source: str, frames: NDArray[Any], fps: float | None) -> Array:
     """Times of frame numbers (T,) at a frame rate.
 
     Raises:
@@ -65,13 +75,15 @@ def to_z_up(up: str) -> Array:
     return np.array([[0.0, 0.0, -sign], [0.0, 1.0, 0.0], [sign, 0.0, 0.0]])
 
 
-def find_up(source: str, trunk: Array, asked: str | None) -> tuple[str, str]:
+def find_up(source: str, trunk: Array, asked: str | None, rest: Array | None = None) -> tuple[str, str]:
     """The axis that points up: as asked for, or that along which the trunk stands.
 
     Args:
         source: name of the file, for messages.
         trunk: (T, 3) from hips to neck, in the file's axes; NaN where unknown.
         asked: by the user.
+        rest: (3,) the same in the skeleton's rest pose, where the file has one; a person who turns over may
+            be upright for less of the time if it agrees.
 
     Returns:
         The axis, and how it was found.
@@ -81,20 +93,30 @@ def find_up(source: str, trunk: Array, asked: str | None) -> tuple[str, str]:
     """
     if asked is not None:
         return asked, "as given"
-    known = trunk[np.isfinite(trunk).all(axis=-1)]
-    unit = known / np.maximum(np.linalg.norm(known, axis=-1, keepdims=True), 1e-12)  # (T, 3)
-    shares = {axis: _share(unit, axis) for axis in AXES}
+    known = _unit(trunk[np.isfinite(trunk).all(axis=-1)])
+    shares = {
+        axis: float(np.mean(known @ _axis(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES
+    }
     best = max(shares, key=lambda axis: shares[axis])
+    percent = f"{100 * shares[best]:.0f} % of the frames"
+    stands = rest is not None and float(_unit(rest) @ _axis(best)) >= UPRIGHT_COSINE
+    if stands and shares[best] >= UPRIGHT_REST_SHARE:
+        return best, f"the trunk stands along it in the rest pose and in {percent}"
     if shares[best] < UPRIGHT_SHARE:
-        found = f"a trunk that is upright along {best} in {100 * shares[best]:.0f} % of the frames"
+        found = f"a trunk that is upright along {best} in {percent}"
         raise InputError(f"{source}: up axis: found {found}; valid: --up {', '.join(AXES)}")
-    return best, f"the trunk stands along it in {100 * shares[best]:.0f} % of the frames"
+    return best, f"the trunk stands along it in {percent}"
 
 
-def _share(unit: Array, axis: str) -> float:
-    component = unit["xyz".index(axis[-1])] if unit.ndim == 1 else unit[:, "xyz".index(axis[-1])]
-    sign = -1.0 if axis.startswith("-") else 1.0
-    return float(np.mean(sign * component >= UPRIGHT_COSINE)) if len(unit) else 0.0
+def _axis(name: str) -> Array:
+    axis = np.zeros(3)
+    axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return axis
+
+
+def _unit(vectors: Array) -> Array:
+    unit: Array = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    return unit
 
 
 def find_unit(source: str, stature: float, asked: str | None, stated: str | None = None) -> tuple[str, str]:

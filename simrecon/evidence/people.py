@@ -30,6 +30,6 @@ def choose(content: Content, frames: Mapping[str, int], asked: str | None) -> st
     return next(iter(frames))
 
 
-def named(content: Content, frames: Mapping[str, int], person: str) -> str:
+def named(frames: Mapping[str, int], person: str) -> str:
     """The choice for the reading; nothing where there was none."""
     return f"person {person} of {len(frames)}" if len(frames) > 1 else ""

@@ -1,9 +1,9 @@
 """Pickles read without running anything that they ask for.
 
 A pickle is a program that may call any function. This unpickler knows a short list of names: those that numpy,
-joblib, torch and `collections` write for plain data. Each is replaced by a function of our own that checks its
-arguments; every other name is refused. It neither imports torch or joblib nor allocates more than the file
-holds.
+joblib, torch and `collections` write for plain data. Each is replaced by a function of our own that checks
+its arguments; every other name is refused. It imports neither torch nor joblib, and allocates no more than the
+file holds.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 import pickle
 import struct
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,15 @@ _DAMAGED = (
     pickle.UnpicklingError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError,
     OverflowError, MemoryError, RecursionError, UnicodeDecodeError, NotImplementedError, struct.error,
 )  # fmt: skip
+
+
+def loads_legacy(source: str, content: bytes) -> Any:
+    """The plain data in a file of torch's layout before 1.6; see `loads`."""
+    try:
+        return tensors.legacy(content, lambda part, storages: Unpickler(source, part, storages).load())
+    except _DAMAGED as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{source}: found a damaged torch file ({reason}); valid: a whole file") from error
 
 
 def loads(source: str, content: bytes, storage: tensors.Storages | None = None) -> Any:
@@ -164,13 +173,9 @@ def _default_dict(*_factory: Any) -> dict[Any, Any]:
     return {}
 
 
-def _ordered(*given: Any) -> dict[Any, Any]:
-    return _empty(collections.OrderedDict)(*given)  # type: ignore[no-any-return]
-
-
 def _allowed() -> dict[str, Any]:
     names: dict[str, Any] = {
-        "collections.OrderedDict": _ordered,
+        "collections.OrderedDict": _empty(collections.OrderedDict),
         "collections.defaultdict": _default_dict,
         "_codecs.encode": _encode,
         "numpy.ndarray": _Name("numpy.ndarray"),
@@ -195,6 +200,7 @@ class Unpickler(pickle._Unpickler):
     def __init__(self, source: str, stream: io.BytesIO, storage: tensors.Storages | None = None) -> None:
         super().__init__(stream, encoding="latin1")
         self._source, self._stream, self._storages = source, stream, storage
+        self._made = 0
 
     def find_class(self, module: str, name: str) -> Any:
         """The stand-in of an allowed name.
@@ -227,6 +233,7 @@ class Unpickler(pickle._Unpickler):
         """A tensor's storage within a plain pickle: a file of torch's old layout, in bytes."""
         if not isinstance(content, bytes):
             raise ValueError("a storage that is no bytes")
+        self._count_made(len(content))
         return tensors.legacy(content, lambda part, storages: self._part(part, storages))
 
     def _part(self, stream: io.BytesIO, storages: tensors.Storages | None) -> Any:
@@ -241,10 +248,31 @@ class Unpickler(pickle._Unpickler):
             raise EOFError("it ends too early")
         self.append(bytearray(data))  # type: ignore[attr-defined]
 
+    def _count_made(self, size: int) -> None:
+        """What a small pickle makes of itself over and over must end somewhere."""
+        self._made += size
+        if self._made > MAX_BYTES:
+            raise ValueError(f"it makes more than {size_text(MAX_BYTES)}")
+
+    def _load_reduce(self) -> None:
+        super().load_reduce()  # type: ignore[misc]
+        made = self.stack[-1]  # type: ignore[attr-defined]
+        if isinstance(made, bytes):
+            self._count_made(len(made))
+
     def _load_build(self) -> None:
-        super().load_build()  # type: ignore[misc]
-        if isinstance(self.stack[-1], _JoblibArray):  # type: ignore[attr-defined]
-            self.stack.append(self._joblib_array(self.stack.pop()))  # type: ignore[attr-defined]
+        """Fill an object of ours; nothing else has a state, least of all a function."""
+        state = self.stack.pop()  # type: ignore[attr-defined]
+        target = self.stack[-1]  # type: ignore[attr-defined]
+        if isinstance(target, collections.OrderedDict):
+            return  # torch's notes on a module
+        if not isinstance(target, (_Plain, _Dtype, _JoblibArray)):
+            raise ValueError(f"a state for a {type(target).__name__}")
+        target.__setstate__(state)
+        if isinstance(target, _Plain):
+            self._count_made(target.nbytes)
+        if isinstance(target, _JoblibArray):
+            self.stack[-1] = self._joblib_array(target)  # type: ignore[attr-defined]
 
     def _joblib_array(self, wrapper: _JoblibArray) -> NDArray[Any]:
         """The array behind joblib's wrapper: padding, then its bytes in the stream; or a pickle of objects."""
@@ -263,7 +291,9 @@ class Unpickler(pickle._Unpickler):
         values = np.frombuffer(self._stream.read(wanted), kind)
         return values.reshape(wrapper.shape, order="F" if wrapper.order == "F" else "C")
 
-    dispatch = pickle._Unpickler.dispatch | {  # type: ignore[attr-defined]
+    dispatch: ClassVar[dict[int, Any]] = {
+        **pickle._Unpickler.dispatch,
+        pickle.REDUCE[0]: _load_reduce,
         pickle.BUILD[0]: _load_build,
         pickle.BYTEARRAY8[0]: _load_bytearray,
     }

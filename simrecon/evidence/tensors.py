@@ -21,7 +21,7 @@ _TYPES = {
     "Double": "f8", "Float": "f4", "Half": "f2", "BFloat16": "bf2", "Long": "i8", "Int": "i4", "Short": "i2",
     "Char": "i1", "Byte": "u1", "Bool": "?", "Untyped": "u1",
 }  # fmt: skip
-_REPEATED_MAX_BYTES = 1 << 28
+_REPEATED_MAX_BYTES = 1 << 26
 LEGACY_MAGIC = 0x1950A86A20F9469CFC6C
 
 
@@ -44,11 +44,16 @@ class Storages:
 
     def __init__(self, read: Callable[[str], bytes], big_endian: bool = False) -> None:
         self._read, self._order = read, ">" if big_endian else "<"
+        self._known: dict[tuple[str, str], Storage] = {}
 
     def get(self, pid: Any) -> Storage:
         """The storage that a pickle's persistent id names: ("storage", type, key, device, count, …)."""
         kind, key, count = _checked(pid)
-        return Storage(elements(self._read(key), kind, count, self._order))
+        known = self._known.get((key, kind.code))
+        if known is None:
+            known = Storage(elements(self._read(key), kind, count, self._order))
+            self._known[key, kind.code] = known
+        return known
 
 
 def _checked(pid: Any) -> tuple[StorageType, str, int]:
@@ -63,7 +68,7 @@ def _checked(pid: Any) -> tuple[StorageType, str, int]:
 def elements(content: bytes, kind: StorageType, count: int, order: str) -> NDArray[Any]:
     """The first `count` elements in the bytes of a storage, (count,)."""
     widened = kind.code == "bf2"
-    plain = np.dtype("u2" if widened else kind.code).newbyteorder(order)
+    plain = np.dtype(order + ("u2" if widened else kind.code))
     if count * plain.itemsize > len(content):
         raise EOFError(f"a tensor of {size_text(count * plain.itemsize)} in {size_text(len(content))}")
     values = np.frombuffer(content, plain, count)
@@ -89,8 +94,7 @@ def rebuild(storage: Any, offset: Any, shape: Any, stride: Any, *_rest: Any) -> 
     if count > len(values) and count * values.itemsize > _REPEATED_MAX_BYTES:
         raise ValueError(f"a tensor of {size_text(count * values.itemsize)}")
     steps = [step * values.itemsize for step in stride]
-    view = np.lib.stride_tricks.as_strided(values[offset:], tuple(shape), steps, writeable=False)
-    return np.array(view)
+    return np.lib.stride_tricks.as_strided(values[offset:], tuple(shape), steps, writeable=False)
 
 
 def _parameter(tensor: Any, *_rest: Any) -> Any:
@@ -98,6 +102,8 @@ def _parameter(tensor: Any, *_rest: Any) -> Any:
 
 
 def _size(shape: Any = ()) -> tuple[int, ...]:
+    if len(shape) > 32:
+        raise ValueError(f"a shape of {len(shape)} axes")
     return tuple(shape)
 
 
@@ -105,7 +111,9 @@ def _device(*_name: Any) -> None:
     """Where a tensor was: of no use here."""
 
 
+_DTYPES = ("float64", "float32", "float16", "bfloat16", "int64", "int32", "int16", "int8", "uint8", "bool")
 NAMES: dict[str, Any] = {
+    **{f"torch.{name}": name for name in _DTYPES},
     "torch._utils._rebuild_tensor_v2": rebuild,
     "torch._utils._rebuild_tensor": rebuild,
     "torch._utils._rebuild_parameter": _parameter,
@@ -135,9 +143,7 @@ def archive_pickle(source: str, archive: zipfile.ZipFile) -> tuple[bytes, Storag
     return member(source, archive, inside, main), Storages(read, order.strip() == b"big")
 
 
-def member(
-    source: str, archive: zipfile.ZipFile, inside: Mapping[str, zipfile.ZipInfo], name: str
-) -> bytes:
+def member(source: str, archive: zipfile.ZipFile, inside: Mapping[str, zipfile.ZipInfo], name: str) -> bytes:
     """One file of a zip archive, not more of it than `MAX_BYTES`.
 
     Raises:
@@ -152,7 +158,9 @@ def member(
     with archive.open(info) as part:
         content = part.read(info.file_size + 1)
     if len(content) != info.file_size:
-        raise InputError(f"{source}: {name}: found {len(content)} bytes of {info.file_size}; valid: a whole file")
+        raise InputError(
+            f"{source}: {name}: found {len(content)} bytes of {info.file_size}; valid: a whole file"
+        )
     return content
 
 

@@ -56,7 +56,7 @@ def make(
     sections = {
         "schema": SCHEMA,
         "versions": versions(),
-        "input": {"name": input_name, "sha256": run.evidence.sha256},
+        "input": {"name": input_name, "sha256": run.evidence.sha256, "reading": run.evidence.reading or None},
         "plan_name": plan_name,
         "plan": plans.to_dict(run.problem.plan),
         "seed": seed,

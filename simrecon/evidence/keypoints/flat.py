@@ -45,7 +45,7 @@ def matches_coco(content: Content) -> bool:
 def matches_alphapose(content: Content) -> bool:
     """AlphaPose's results: COCO's with file names."""
     tree = content.tree if content.kind == "json" else None
-    return _is_results(tree) and isinstance(tree[0]["image_id"], str)
+    return isinstance(tree, list) and _is_results(tree) and isinstance(tree[0]["image_id"], str)
 
 
 def matches_mmpose(content: Content) -> bool:
@@ -107,7 +107,9 @@ def read_coco(content: Content, options: Options) -> Evidence:
         scores = np.where(values[:, 2] == 1, HIDDEN_SCORE, values[:, 2])
         who = one.get("track_id", one.get("instance_id"))
         found.append(
-            tracks.detection(numbers[one["image_id"]], values[:, :2], scores, None if who is None else str(who))
+            tracks.detection(
+                numbers[one["image_id"]], values[:, :2], scores, None if who is None else str(who)
+            )
         )
     return tracks.to_evidence(content, found, _category(content, count), options, "a COCO dataset")
 
@@ -136,7 +138,9 @@ def _results(content: Content, tree: Sequence[Any], options: Options, allowed: S
         who = one.get("idx", one.get("track_id"))
         who = who[0] if isinstance(who, list) and who else who
         found.append(
-            tracks.detection(frame, values[:, :2], values[:, 2], None if isinstance(who, (list, type(None))) else str(who))
+            tracks.detection(
+                frame, values[:, :2], values[:, 2], None if isinstance(who, (list, type(None))) else str(who)
+            )
         )
     return tracks.to_evidence(content, found, layouts.by_count(content, "keypoints", count, allowed), options)
 
@@ -157,7 +161,9 @@ def read_mmpose(content: Content, options: Options) -> Evidence:
                 found_text = f"shapes {points.shape} and {scores.shape}"
                 raise content.fail(f"{key}.keypoints", found_text, "(J, 2), with keypoint_scores (J,)")
             if count and len(points) != count:
-                raise content.fail(f"{key}.keypoints", f"{len(points)} landmarks after {count}", "the same number")
+                raise content.fail(
+                    f"{key}.keypoints", f"{len(points)} landmarks after {count}", "the same number"
+                )
             count = len(points)
             who = one.get("track_id", one.get("instance_id"))
             found.append(
@@ -221,5 +227,3 @@ def _number(name: str, fallback: int) -> int:
 def _image_order(image: Mapping[str, Any]) -> tuple[int, str]:
     name = str(image.get("file_name", image.get("id")))
     return _number(name, 0), name
-
-

@@ -1,7 +1,7 @@
 """PHALP and 4DHumans, and SAM 3D Body: people by frame with landmarks in the image and joints in space.
 
-PHALP: by frame `tid`, `3d_joints` (the first 25 in OpenPose's order), `2d_joints` as shares of the longer side of
-the image padded to a square, `size`, `tracked_time` (0 where the person was seen). Its camera is nearly
+PHALP: by frame `tid`, `3d_joints` (the first 25 in OpenPose's order), `2d_joints` as shares of the longer side
+of the image padded to a square, `size`, `tracked_time` (0 where the person was seen). Its camera is nearly
 orthographic and its distance no distance: the joints are taken as a shape around the hips.
 
 SAM 3D Body: by person `pred_keypoints_3d` and `pred_keypoints_2d` in the order of MHR's first 70 keypoints,
@@ -31,7 +31,7 @@ OPENPOSE = 25
 
 @dataclass(frozen=True, eq=False)
 class _Person:
-    """One person in one frame: joints (J, 3) in the camera's axes, their place (3,), the focal length or NaN."""
+    """One person in one frame: joints (J, 3) on the camera's axes, their place (3,), focal length or NaN."""
 
     joints_m: Array
     place_m: Array
@@ -88,13 +88,19 @@ def read_sam(content: Content, options: Options) -> Evidence:
     names = layouts.layout("mhr_70")
     for where, person in _sam_people(content.tree, first=False):
         number, label = where
-        joints = _array(content, f"{label}.pred_keypoints_3d", person.get("pred_keypoints_3d"), (len(names), 3))
-        points = _array(content, f"{label}.pred_keypoints_2d", person.get("pred_keypoints_2d"), (len(names), 2))
+        joints = _array(
+            content, f"{label}.pred_keypoints_3d", person.get("pred_keypoints_3d"), (len(names), 3)
+        )
+        points = _array(
+            content, f"{label}.pred_keypoints_2d", person.get("pred_keypoints_2d"), (len(names), 2)
+        )
         place = _array(content, f"{label}.pred_cam_t", person.get("pred_cam_t"), (3,))
         focal = _array(content, f"{label}.focal_length", person.get("focal_length"), None).reshape(-1)
         who = person.get("track_id", person.get("person_id"))
         found.append(
-            tracks.detection(number, points, np.ones(len(names)), None if who is None else str(who), len(people))
+            tracks.detection(
+                number, points, np.ones(len(names)), None if who is None else str(who), len(people)
+            )
         )
         people.append(_Person(joints, place, float(focal.mean())))
     return _evidence(content, options, found, people, names, None)
@@ -118,7 +124,9 @@ def _sam_people(tree: Any, *, first: bool) -> list[tuple[tuple[int, str], Mappin
             frame = frame.get("outputs", frame.get("people", frame))
         listed = [frame] if isinstance(frame, Mapping) else list(frame) if _is_list(frame) else []
         people += [
-            ((number, f"{label}[{k}]"), person) for k, person in enumerate(listed) if isinstance(person, Mapping)
+            ((number, f"{label}[{k}]"), person)
+            for k, person in enumerate(listed)
+            if isinstance(person, Mapping)
         ]
     return people
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -62,11 +63,11 @@ def follow(
     frames = {name: len(track) for name, track in kept.items()}
     person = people.choose(content, frames if asked is None or asked in kept else _counts(grouped), asked)
     track = sorted(grouped[person], key=lambda one: one.frame)
-    for one, other in zip(track, track[1:], strict=False):
+    for one, other in pairwise(track):
         if one.frame == other.frame:
             found = f"person {person} twice in frame {one.frame}"
             raise content.fail("people", found, "each person once in a frame")
-    notes = [people.named(content, frames, person)]
+    notes = [people.named(frames, person)]
     if len(grouped) > 1:
         notes += [how, f"{short} short tracks left out" if short else ""]
     return track, ", ".join(note for note in notes if note)
@@ -114,8 +115,10 @@ def _distance(last: Detection, one: Detection) -> float:
     return float(far / max(size, 1.0))
 
 
-def detection(frame: int, points: Array, scores: Array, person: str | None = None, index: int = 0) -> Detection:
-    """A detection from points (J, 2) and scores (J,): score 0 or less, or no number, is not seen; above 1 is 1."""
+def detection(
+    frame: int, points: Array, scores: Array, person: str | None = None, index: int = 0
+) -> Detection:
+    """A detection of points (J, 2) and scores (J,): no score above 0 is not seen, one above 1 is 1."""
     unseen = ~np.isfinite(points).all(axis=-1) | ~(scores > 0)
     points = np.where(unseen[:, None], np.nan, points)
     return Detection(frame, points, np.where(unseen, 0.0, np.clip(scores, 0.0, 1.0)), person, index)
@@ -143,7 +146,7 @@ def to_evidence(
     scores = np.stack([one.scores for one in track])[:, keep]
     frames = np.array([one.frame for one in track], float)
     return Evidence(
-        times_s=times_s(content.source, frames, options.fps),
+        times_s=times_s(content.source, frames, options.rate_hz),
         keypoint_names=tuple(names[i] for i in keep),
         keypoints_px=points,
         scores=scores,

@@ -1,7 +1,6 @@
 """BVH: a skeleton of offsets and channels, then the channels' values by frame.
 
-The position of each joint follows from its parents' channels: x = x_parent + G_parent (offset + t), G = G_parent R,
-with R the product of the elementary rotations in the order in which the channels are listed.
+A joint's position follows from its parents' channels: x = x_parent + G_parent (offset + t), G = G_parent R, with R the product of the elementary rotations in the order in which the channels are listed.
 """
 
 from __future__ import annotations
@@ -15,7 +14,9 @@ from simrecon.evidence.mocap import names
 from simrecon.evidence.options import UNITS_M, Options, find_unit, find_up, to_z_up
 from simrecon.types import Array, Evidence
 
-NEEDED = tuple(f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder") for side in ("left", "right"))
+NEEDED = tuple(
+    f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder") for side in ("left", "right")
+)
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
 JOINTS_MAX, FRAMES_MAX = 10_000, 10_000_000
 
@@ -42,12 +43,16 @@ def read(content: Content, options: Options) -> Evidence:
     at = names.joints([joint.name for joint in joints])
     if missing := [name for name in NEEDED if name not in at]:
         there = ", ".join(joint.name for joint in joints[:60])
-        raise content.fail("joints", f"none that is {', '.join(missing)} (there are {there})", "a human skeleton")
+        raise content.fail(
+            "joints", f"none that is {', '.join(missing)} (there are {there})", "a human skeleton"
+        )
+    rest = positions(joints, np.zeros((1, values.shape[1])))[0]
     return points_evidence(
         content,
         options,
         {name: places[:, index] for name, index in at.items()},
-        np.arange(len(places)) * (interval_s if options.fps is None else 1.0 / options.fps),
+        np.arange(len(places), dtype=np.float64) * (interval_s if options.fps is None else 1 / options.fps),
+        rest=trunk({name: rest[index] for name, index in at.items()}),
     )
 
 
@@ -58,6 +63,7 @@ def points_evidence(
     times: Array,
     unit: str | None = None,
     notes: str = "",
+    rest: Array | None = None,
 ) -> Evidence:
     """Evidence of points of a body in the file's own unit and axes.
 
@@ -68,9 +74,10 @@ def points_evidence(
         times: (T,) s.
         unit: that the file states, or None.
         notes: on how the file was read.
+        rest: (3,) from hips to shoulders in the rest pose, where there is one.
     """
     unit_name, unit_how = find_unit(content.source, stature(points), options.unit, unit)
-    axis, how = find_up(content.source, trunk(points), options.up)
+    axis, how = find_up(content.source, trunk(points), options.up, rest)
     joints = np.stack(list(points.values()), axis=1) * UNITS_M[unit_name]  # (T, K, 3)
     reading = f"{len(points)} joints, unit {unit_name} ({unit_how}), up {axis} ({how})"
     return Evidence(

@@ -38,13 +38,17 @@ def read(content: Content, options: Options) -> Evidence:
         residual = np.asarray(file["data"]["meta_points"]["residuals"], float)[0]  # (M, T)
     except (OSError, RuntimeError, ValueError, KeyError, IndexError, TypeError, MemoryError) as error:
         reason = " ".join(str(error).split())
-        raise content.fail("content", f"damage ({reason})", "a whole C3D file with labelled points") from error
+        raise content.fail(
+            "content", f"damage ({reason})", "a whole C3D file with labelled points"
+        ) from error
     places = np.swapaxes(np.where(residual[..., None] < 0, np.nan, places), 0, 1)
     rate = options.fps or rate
     if not rate > 0:
         raise content.fail("POINT.RATE", f"{rate:g}", "a frame rate above 0, or --fps")
     times = np.arange(places.shape[0]) / rate
-    return markers.to_evidence(content, options, labels[: places.shape[1]], places, times, units[0] if units else None)
+    return markers.to_evidence(
+        content, options, labels[: places.shape[1]], places, times, units[0] if units else None
+    )
 
 
 def _check_size(content: Content) -> None:
@@ -56,5 +60,7 @@ def _check_size(content: Content) -> None:
     (scale,) = struct.unpack_from("<f", raw, 12)
     claimed = points * max(last - first + 1, 0) * (16 if scale < 0 else 8)
     if claimed > len(raw):
-        found = f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"
+        found = (
+            f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"
+        )
         raise content.fail("header", found, "a whole C3D file")

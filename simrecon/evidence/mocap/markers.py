@@ -38,7 +38,9 @@ def to_evidence(
     points, derived = centres(at, 1.0 / UNITS_M[unit_name])
     if missing := [name for name in NEEDED if name not in points]:
         there = ", ".join(labels[:80])
-        raise content.fail("markers", f"none that give {', '.join(missing)} (there are {there})", "a body's markers")
+        raise content.fail(
+            "markers", f"none that give {', '.join(missing)} (there are {there})", "a body's markers"
+        )
     note = f"{len(labels)} markers"
     if derived:
         note += f"; estimated from markers beside them: {', '.join(derived)}"
@@ -56,7 +58,12 @@ def centres(at: Mapping[str, Array], metre: float) -> tuple[dict[str, Array], li
     for point, sets in names.table("marker").items():
         for named, side in names.sides(point):
             chosen = next(
-                (s for s in ([names.on_side(name, side) for name in one] for one in sets) if set(s) <= set(at)), None
+                (
+                    s
+                    for s in ([names.on_side(name, side) for name in one] for one in sets)
+                    if set(s) <= set(at)
+                ),
+                None,
             )
             if chosen is not None:
                 points[named] = np.mean([at[name] for name in chosen], axis=0)
@@ -77,7 +84,8 @@ def _hips(points: dict[str, Array], at: Mapping[str, Array], metre: float) -> li
     if any(place is None for place in spines.values()):
         return []
     front, back = (
-        (np.asarray(spines[end, "l"], float), np.asarray(spines[end, "r"], float)) for end in ("front", "back")
+        (np.asarray(spines[end, "l"], float), np.asarray(spines[end, "r"], float))
+        for end in ("front", "back")
     )
     middle, behind = (front[0] + front[1]) / 2, (back[0] + back[1]) / 2
     width = np.linalg.norm(front[0] - front[1], axis=-1, keepdims=True)
@@ -123,7 +131,9 @@ def _one_sided(points: dict[str, Array], at: Mapping[str, Array], metre: float) 
     across = points["right_hip"] - points["left_hip"]
     for point, entry in names.table("one_sided").items():
         for named, side in names.sides(point):
-            marker = next((at[n] for n in (names.on_side(m, side) for m in entry["markers"]) if n in at), None)
+            marker = next(
+                (at[n] for n in (names.on_side(m, side) for m in entry["markers"]) if n in at), None
+            )
             if named in points or marker is None:
                 continue
             along = _unit(marker - points[named.split("_")[0] + "_hip"])

@@ -1,4 +1,4 @@
-"""TRC: labelled markers by frame, as text. Joint angles (MOT) are not evidence and are refused with a word on it."""
+"""TRC: labelled markers by frame, as text. MOT, its joint angles, is no evidence: refused with a word on it."""
 
 from __future__ import annotations
 
@@ -68,9 +68,15 @@ def parse(content: Content) -> tuple[list[str], Array, Array, str]:
             raise content.fail(f"frame {i + 1}", str(error), "numbers, tab-separated") from error
     frames = header.get("NumFrames", "")
     if not frames.isdecimal() or int(frames) != len(rows):
-        raise content.fail("NumFrames", f"{frames or 'none'} for {len(rows)} frames", "the number of frames: is the file whole?")
+        raise content.fail(
+            "NumFrames",
+            f"{frames or 'none'} for {len(rows)} frames",
+            "the number of frames: is the file whole?",
+        )
     if not len(rows) or np.isnan(values[:, 1]).any():
-        raise content.fail("Time", "frames without a time" if len(rows) else "no frames", "a time in every frame")
+        raise content.fail(
+            "Time", "frames without a time" if len(rows) else "no frames", "a time in every frame"
+        )
     places = values[:, 2:].reshape(len(rows), len(labels), 3)
     places[(places == 0).all(axis=-1)] = np.nan  # how some programs write a marker that wasn't seen
     places[np.isnan(places).any(axis=-1)] = np.nan

@@ -1,8 +1,8 @@
 """AMASS in both spellings, and plain files of SMPL, SMPL+H or SMPL-X parameters.
 
-AMASS: `poses` (T, 156) or (T, 165), `trans`, `betas`, `mocap_framerate`; or `root_orient`, `pose_body`, `trans`,
-`mocap_frame_rate`. Its world is z up. A plain file may name the same things in any of the ways below; which axis
-points up in it is found from the trunk, or asked for.
+AMASS: `poses` (T, 156) or (T, 165), `trans`, `betas`, `mocap_framerate`; or `root_orient`, `pose_body`,
+`trans` and `mocap_frame_rate`. Its world is z up. A plain file may name the same things in any of the ways
+below; which axis points up in it is found from the trunk, or asked for.
 """
 
 from __future__ import annotations
@@ -65,6 +65,7 @@ def _read(content: Content, options: Options, up: str | None) -> Evidence:
     fps = options.fps
     if fps is None and (rate := _has(content, PLAIN_RATES)) is not None:
         fps = arrays.scalar(rate, RATE_RANGE_HZ, "Hz")
+    fps = options.video_fps if fps is None else fps
     shape = _has(content, SHAPES)
     found = SmplMotion(
         model=model,
@@ -91,7 +92,9 @@ def _pose(content: Content, arrays: Arrays) -> tuple[str, Array]:
         return model, np.concatenate(parts, axis=1)
     key = _has(content, WHOLE)
     if key is None:
-        raise content.fail(WHOLE[0], "no such key", f"one of {', '.join(WHOLE)}, or root_orient and pose_body")
+        raise content.fail(
+            WHOLE[0], "no such key", f"one of {', '.join(WHOLE)}, or root_orient and pose_body"
+        )
     width = int(np.prod(arrays.array(key).shape[1:]))
     models = {72: ("smpl", 24), 156: ("smpl", 22), 165: ("smplx", 22), 66: ("smpl", 22)}
     if width not in models:

@@ -1,6 +1,6 @@
 """GVHMR `hmr4d_results.pt` and GEM/GENMO `smpl_params.pt`: SMPL-X parameters in the world and in the camera.
 
-Both worlds are aligned with gravity, y up. `K_fullimg` is the lens; its principal point is the image's middle.
+Both worlds are aligned with gravity, y up. `K_fullimg` is the lens, its principal point the middle.
 """
 
 from __future__ import annotations
@@ -56,7 +56,10 @@ def _read(content: Content, options: Options, group: str) -> Evidence:
     if camera is not None and other in content.tree:
         angle = _camera_turn(content, options, group)
         if angle > MOVING_RAD:
-            camera, notes = None, f"the camera turns by {np.degrees(angle):.0f} degrees, so its lens is not used"
+            camera, notes = (
+                None,
+                f"the camera turns by {np.degrees(angle):.0f} degrees, so its lens is not used",
+            )
     return smpl.to_evidence(content, found, options, up="y", camera=camera, notes=notes)
 
 
@@ -68,7 +71,7 @@ def _motion(content: Content, options: Options, group: str, frame: str) -> SmplM
     return SmplMotion(
         model="smplx",
         frame=frame,
-        times_s=times_s(content.source, np.arange(len(root)), options.fps),
+        times_s=times_s(content.source, np.arange(len(root)), options.rate_hz),
         rotations=np.concatenate((root, body), axis=1),
         trans_m=smpl.translation(arrays, f"{key}.transl"),
         betas=smpl.betas(arrays, f"{key}.betas"),

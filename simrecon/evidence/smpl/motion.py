@@ -134,7 +134,9 @@ def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
 
     More joints than asked for, such as those of the fingers, are left out.
     """
-    given = arrays.finite(key, ("T", "K", 3)) if arrays.array(key).ndim == 3 else arrays.finite(key, ("T", "P"))
+    given = (
+        arrays.finite(key, ("T", "K", 3)) if arrays.array(key).ndim == 3 else arrays.finite(key, ("T", "P"))
+    )
     flat = given.reshape(len(given), -1)
     if flat.shape[1] % 3 or flat.shape[1] < 3 * joints:
         shape = arrays.array(key).shape
@@ -187,7 +189,8 @@ def in_first_camera(motion: SmplMotion, camera_rotations: Array, camera_places: 
 
     Args:
         motion: in the frame of each frame's camera.
-        camera_rotations, camera_places: (T, 3, 3), (T, 3) camera to world.
+        camera_rotations: (T, 3, 3) camera to world.
+        camera_places: (T, 3) of the camera.
     """
     pelvis = offsets_m(motion.model)[0]
     place = (camera_rotations @ (motion.trans_m + pelvis)[..., None])[..., 0] + camera_places

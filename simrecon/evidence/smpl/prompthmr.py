@@ -48,13 +48,15 @@ def read(content: Content, options: Options) -> Evidence:
     found = SmplMotion(
         model="smplx",
         frame=frame,
-        times_s=times_s(content.source, smpl.check_frames(content, f"people.{person}.frames", numbers), options.fps),
+        times_s=times_s(
+            content.source, smpl.check_frames(content, f"people.{person}.frames", numbers), options.rate_hz
+        ),
         rotations=rotations,
         trans_m=smpl.translation(arrays, f"{prefix}trans"),
         betas=smpl.betas(arrays, f"{prefix}shape"),
     )
     camera, note = _camera(content, options)
-    notes = ", ".join(part for part in (people.named(content, frames, person), note) if part)
+    notes = ", ".join(part for part in (people.named(frames, person), note) if part)
     return smpl.to_evidence(content, found, options, up="y", camera=camera, notes=notes)
 
 

@@ -35,7 +35,7 @@ def read(content: Content, options: Options) -> Evidence:
     found = SmplMotion(
         model="smpl",
         frame="camera",
-        times_s=times_s(content.source, numbers, options.fps),
+        times_s=times_s(content.source, numbers, options.rate_hz),
         rotations=rotations,
         trans_m=smpl.translation(arrays, "pred_trans"),
         betas=smpl.betas(arrays, "pred_shape"),
@@ -52,7 +52,11 @@ def read(content: Content, options: Options) -> Evidence:
 
 
 def _with_camera(
-    content: Content, found: SmplMotion, options: Options, camera: Arrays, numbers: np.ndarray[tuple[int], np.dtype[np.int64]]
+    content: Content,
+    found: SmplMotion,
+    options: Options,
+    camera: Arrays,
+    numbers: np.ndarray[tuple[int], np.dtype[np.int64]],
 ) -> Evidence:
     world = options.frame != "camera" and "world_cam_R" in camera
     if options.frame == "world" and not world:
@@ -74,6 +78,14 @@ def _with_camera(
 def _lens(arrays: Arrays, options: Options) -> Camera | None:
     if options.camera is not None or "img_focal" not in arrays or "img_center" not in arrays:
         return options.camera
-    focal = float(np.median(Arrays(arrays.source, {"img_focal": arrays.array("img_focal").reshape(-1)}).finite("img_focal", ("F",))))
-    centre = Arrays(arrays.source, {"img_center": arrays.array("img_center").reshape(-1)[-2:]}).finite("img_center", (2,))
+    focal = float(
+        np.median(
+            Arrays(arrays.source, {"img_focal": arrays.array("img_focal").reshape(-1)}).finite(
+                "img_focal", ("F",)
+            )
+        )
+    )
+    centre = Arrays(arrays.source, {"img_center": arrays.array("img_center").reshape(-1)[-2:]}).finite(
+        "img_center", (2,)
+    )
     return smpl.lens(focal, centre)

@@ -23,7 +23,9 @@ def matches(content: Content) -> bool:
     if content.kind != "pickle" or not isinstance(tree, Mapping):
         return False
     first = next(iter(tree.values()), None)
-    return isinstance(first, Mapping) and ("pose_world" in first or {"pose", "trans", "frame_ids"} <= set(first))
+    return isinstance(first, Mapping) and (
+        "pose_world" in first or {"pose", "trans", "frame_ids"} <= set(first)
+    )
 
 
 def read(content: Content, options: Options) -> Evidence:
@@ -41,13 +43,13 @@ def read(content: Content, options: Options) -> Evidence:
     found = SmplMotion(
         model="smpl",
         frame=frame,
-        times_s=times_s(content.source, numbers, options.fps),
+        times_s=times_s(content.source, numbers, options.rate_hz),
         rotations=rotations,
         trans_m=smpl.translation(arrays, f"{person}.trans{suffix}"),
         betas=smpl.betas(arrays, f"{person}.betas"),
     )
     return smpl.to_evidence(
-        content, found, options, up="y", camera=options.camera, notes=people.named(content, frames, person)
+        content, found, options, up="y", camera=options.camera, notes=people.named(frames, person)
     )
 
 
