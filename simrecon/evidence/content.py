@@ -137,13 +137,11 @@ def _is_torch(path: Path) -> bool:
 
 def _bytes(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+        if (size := path.stat().st_size) > MAX_BYTES:
+            raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
+        return path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: can't be read ({error.strerror}); give an existing file") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(f"{path}: found more than {size_text(MAX_BYTES)}; valid: at most that")
-    return content
 
 
 def _npz(content: Content) -> dict[str, Any]:

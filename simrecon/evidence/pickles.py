@@ -1,9 +1,9 @@
 """Pickles read without running anything that they ask for.
 
-A pickle is a program that may call any function. This unpickler knows a short list of names: those that numpy,
-joblib, torch and `collections` write for plain data. Each is replaced by a function of our own that checks
-its arguments; every other name is refused. It imports neither torch nor joblib, and allocates no more than the
-file holds.
+A pickle is a program that may call any function. This unpickler knows a short list of names: those that
+numpy, joblib, torch and `collections` write for plain data. Each is replaced by a function of our own that
+checks its arguments; every other name is refused. It imports neither torch nor joblib, and allocates no more
+than the file holds.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def _allowed() -> dict[str, Any]:
         "joblib.numpy_pickle.NumpyArrayWrapper": _JoblibArray,
     }
     for module in ("builtins", "__builtin__"):
-        names |= {f"{module}.{kind.__name__}": _empty(kind) for kind in (dict, list, int, float)}
+        names |= {f"{module}.{kind.__name__}": _empty(kind) for kind in (dict, list, bytes, int, float)}
     for core in ("core", "_core"):
         names[f"numpy.{core}.multiarray._reconstruct"] = _reconstruct
         names[f"numpy.{core}.multiarray.scalar"] = _scalar

@@ -1,6 +1,7 @@
 """BVH: a skeleton of offsets and channels, then the channels' values by frame.
 
-A joint's position follows from its parents' channels: x = x_parent + G_parent (offset + t), G = G_parent R, with R the product of the elementary rotations in the order in which the channels are listed.
+A joint's position follows from its parents' channels: x = x_parent + G_parent (offset + t), G = G_parent R,
+with R the product of the elementary rotations in the order in which the channels are listed.
 """
 
 from __future__ import annotations

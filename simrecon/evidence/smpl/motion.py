@@ -134,13 +134,12 @@ def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
 
     More joints than asked for, such as those of the fingers, are left out.
     """
-    given = (
-        arrays.finite(key, ("T", "K", 3)) if arrays.array(key).ndim == 3 else arrays.finite(key, ("T", "P"))
-    )
-    flat = given.reshape(len(given), -1)
-    if flat.shape[1] % 3 or flat.shape[1] < 3 * joints:
-        shape = arrays.array(key).shape
-        arrays.fail(key, f"shape {shape}", f"shape (T, {3 * joints}) or more rotation vectors")
+    given = arrays.array(key)
+    width = int(np.prod(given.shape[1:]))
+    if given.ndim not in (2, 3) or width % 3 or width < 3 * joints or given.shape[-1] not in (3, width):
+        valid = f"shape (T, {3 * joints}) or (T, {joints}, 3), or more joints"
+        arrays.fail(key, f"shape {given.shape}", valid)
+    flat = arrays.finite(key, ("T", *given.shape[1:])).reshape(len(given), -1)
     return rotations.exp(flat[:, : 3 * joints].reshape(len(flat), joints, 3))
 
 
@@ -164,9 +163,12 @@ def betas(arrays: Arrays, key: str) -> Array | None:
     """Shape parameters (S,): the median over frames where there are some for each; None without the key."""
     if key not in arrays:
         return None
-    values = arrays.finite(key, ("S",)) if arrays.array(key).ndim < 2 else arrays.finite(key, ("Tb", "S"))
-    shape: Array = np.atleast_1d(np.median(values, axis=0)) if values.ndim == 2 else values
-    return shape
+    shape = arrays.array(key).shape
+    values = arrays.finite(key, shape)
+    if len(shape) not in (1, 2):
+        arrays.fail(key, f"shape {shape}", "shape (S,) or (T, S)")
+    found: Array = np.median(values, axis=0) if len(shape) == 2 else values
+    return found
 
 
 def check_frames(content: Content, key: str, frames: Array) -> Array:
