@@ -12,13 +12,15 @@ from simrecon.errors import InputError
 from simrecon.types import Array, Camera
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
+USUAL_AXES = ("y", "z", "-y")
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 FRAMES = ("world", "camera")
 
 # A standing person's height, m: outside of it a unit is not believed.
 STATURE_RANGE_M = (1.2, 2.3)
-# Share of the frames in which an upright trunk tells the axis, alone and where the rest pose agrees.
-UPRIGHT_COSINE, UPRIGHT_SHARE, UPRIGHT_REST_SHARE = 0.8, 0.8, 0.5
+# An upright person is within 45 degrees of the axis; in this share of the frames, or in that one where the rest
+# pose agrees.
+UPRIGHT_COSINE, UPRIGHT_SHARE, UPRIGHT_REST_SHARE = np.sqrt(0.5), 0.75, 0.5
 
 
 @dataclass(frozen=True)
@@ -75,12 +77,14 @@ def to_z_up(up: str) -> Array:
     return np.array([[0.0, 0.0, -sign], [0.0, 1.0, 0.0], [sign, 0.0, 0.0]])
 
 
-def find_up(source: str, trunk: Array, asked: str | None, rest: Array | None = None) -> tuple[str, str]:
-    """The axis that points up: as asked for, or that along which the trunk stands.
+def find_up(source: str, upright: Array, asked: str | None, rest: Array | None = None) -> tuple[str, str]:
+    """The axis that points up: as asked for, or that along which the person stands.
+
+    Only y, z and -y are taken for granted when the person stands along them: along another axis people lie.
 
     Args:
         source: name of the file, for messages.
-        trunk: (T, 3) from hips to neck, in the file's axes; NaN where unknown.
+        upright: (T, 3) from the ankles to the shoulders, in the file's axes; NaN where unknown.
         asked: by the user.
         rest: (3,) the same in the skeleton's rest pose, where the file has one; a person who turns over may
             be upright for less of the time if it agrees.
@@ -89,23 +93,22 @@ def find_up(source: str, trunk: Array, asked: str | None, rest: Array | None = N
         The axis, and how it was found.
 
     Raises:
-        InputError: the person isn't upright along one axis for most of the time.
+        InputError: the person isn't upright along one of these axes for most of the time.
     """
     if asked is not None:
         return asked, "as given"
-    known = _unit(trunk[np.isfinite(trunk).all(axis=-1)])
-    shares = {
-        axis: float(np.mean(known @ _axis(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES
-    }
+    known = _unit(upright[np.isfinite(upright).all(axis=-1)])
+    shares = {axis: float(np.mean(known @ _axis(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES}
     best = max(shares, key=lambda axis: shares[axis])
     percent = f"{100 * shares[best]:.0f} % of the frames"
+    usual = best in USUAL_AXES
     stands = rest is not None and float(_unit(rest) @ _axis(best)) >= UPRIGHT_COSINE
-    if stands and shares[best] >= UPRIGHT_REST_SHARE:
-        return best, f"the trunk stands along it in the rest pose and in {percent}"
-    if shares[best] < UPRIGHT_SHARE:
-        found = f"a trunk that is upright along {best} in {percent}"
+    if usual and stands and shares[best] >= UPRIGHT_REST_SHARE:
+        return best, f"the person stands along it in the rest pose and in {percent}"
+    if not usual or shares[best] < UPRIGHT_SHARE:
+        found = f"a person who is upright along {best} in {percent}"
         raise InputError(f"{source}: up axis: found {found}; valid: --up {', '.join(AXES)}")
-    return best, f"the trunk stands along it in {percent}"
+    return best, f"the person stands along it in {percent}"
 
 
 def _axis(name: str) -> Array:

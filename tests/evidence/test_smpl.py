@@ -255,9 +255,11 @@ def test_files_without_a_frame_rate_ask_for_one(tmp_path: Path) -> None:
 def test_up_is_found_or_asked_for(tmp_path: Path) -> None:
     vectors, _ = foreign.poses()
     lying = vectors.copy()
-    lying[:, 0] = [0.0, 0.0, np.pi / 4]
+    lying[:, 0] = [0.0, 0.0, np.pi / 2]
     path = plain(tmp_path, global_orient=lying[:, 0])
     assert_refused(path, Options(), "up axis", "--up x, y, z, -x, -y, -z")
+    leaning = plain(tmp_path, global_orient=lying[:, 0] * np.linspace(0, 1, T)[:, None])
+    assert_refused(leaning, Options(), "up axis: found a person who is upright along y in 50 % of the frames")
     asked = evidence.read(path, Options(up="y"))
     assert "up y (as given)" in asked.reading
     other = evidence.read(wham(tmp_path), replace(AT_30, up="z"))

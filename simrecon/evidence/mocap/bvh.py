@@ -53,7 +53,7 @@ def read(content: Content, options: Options) -> Evidence:
         options,
         {name: places[:, index] for name, index in at.items()},
         np.arange(len(places), dtype=np.float64) * (interval_s if options.fps is None else 1 / options.fps),
-        rest=trunk({name: rest[index] for name, index in at.items()}),
+        rest=upright({name: rest[index] for name, index in at.items()}),
     )
 
 
@@ -75,10 +75,10 @@ def points_evidence(
         times: (T,) s.
         unit: that the file states, or None.
         notes: on how the file was read.
-        rest: (3,) from hips to shoulders in the rest pose, where there is one.
+        rest: (3,) from ankles to shoulders in the rest pose, where there is one.
     """
     unit_name, unit_how = find_unit(content.source, stature(points), options.unit, unit)
-    axis, how = find_up(content.source, trunk(points), options.up, rest)
+    axis, how = find_up(content.source, upright(points), options.up, rest)
     joints = np.stack(list(points.values()), axis=1) * UNITS_M[unit_name]  # (T, K, 3)
     reading = f"{len(points)} joints, unit {unit_name} ({unit_how}), up {axis} ({how})"
     return Evidence(
@@ -95,13 +95,14 @@ def points_evidence(
     )
 
 
-def trunk(points: dict[str, Array]) -> Array:
-    """From the middle of the hips to that of the shoulders, (T, 3)."""
-    hips, shoulders = (
-        (points[f"left_{joint}"] + points[f"right_{joint}"]) / 2 for joint in ("hip", "shoulder")
-    )
-    up: Array = shoulders - hips
-    return up
+def upright(points: dict[str, Array]) -> Array:
+    """From the middle of the ankles to that of the shoulders, (T, 3)."""
+    return _middle(points, "shoulder") - _middle(points, "ankle")
+
+
+def _middle(points: dict[str, Array], joint: str) -> Array:
+    middle: Array = (points[f"left_{joint}"] + points[f"right_{joint}"]) / 2
+    return middle
 
 
 def stature(points: dict[str, Array]) -> float:
@@ -109,7 +110,8 @@ def stature(points: dict[str, Array]) -> float:
 
     Ankle 3.9 % and head with neck 18.2 % of stature are Winter's (2009, fig. 4.1).
     """
-    total = float(np.nanmedian(np.linalg.norm(trunk(points), axis=-1)))
+    trunk = _middle(points, "shoulder") - _middle(points, "hip")
+    total = float(np.nanmedian(np.linalg.norm(trunk, axis=-1)))
     for a, b in (("hip", "knee"), ("knee", "ankle")):
         lengths = [
             np.nanmedian(np.linalg.norm(points[f"{side}_{a}"] - points[f"{side}_{b}"], axis=-1))

@@ -58,7 +58,9 @@ def _check_size(content: Content) -> None:
         raise content.fail("header", size_text(len(raw)), "a whole C3D file")
     points, _analog, first, last = struct.unpack_from("<4H", raw, 2)
     (scale,) = struct.unpack_from("<f", raw, 12)
-    claimed = points * max(last - first + 1, 0) * (16 if scale < 0 else 8)
+    (start,) = struct.unpack_from("<H", raw, 16)
+    before = max(start - 1, 0) * _BLOCK
+    claimed = before + points * max(last - first + 1, 0) * (16 if scale < 0 else 8)
     if claimed > len(raw):
         found = (
             f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"

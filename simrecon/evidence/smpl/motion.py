@@ -104,8 +104,9 @@ def to_evidence(
         if up is not None and options.up is None:
             axis, how = up, "this format's convention"
         else:
-            neck, hips = (names().index(name) for name in ("neck", "pelvis"))
-            axis, how = find_up(content.source, places[:, neck] - places[:, hips], options.up)
+            neck, left, right = (names().index(name) for name in ("neck", "left_ankle", "right_ankle"))
+            upright = places[:, neck] - (places[:, left] + places[:, right]) / 2
+            axis, how = find_up(content.source, upright, options.up)
         turn = to_z_up(axis)
         places = places @ turn.T
         root = rotations.multiply(rotations.from_matrix(turn), turned[:, 0])
