@@ -98,7 +98,9 @@ def find_up(source: str, upright: Array, asked: str | None, rest: Array | None =
     if asked is not None:
         return asked, "as given"
     known = _unit(upright[np.isfinite(upright).all(axis=-1)])
-    shares = {axis: float(np.mean(known @ _axis(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES}
+    shares = {
+        axis: float(np.mean(known @ _axis(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES
+    }
     best = max(shares, key=lambda axis: shares[axis])
     percent = f"{100 * shares[best]:.0f} % of the frames"
     usual = best in USUAL_AXES
@@ -151,4 +153,4 @@ def find_unit(source: str, stature: float, asked: str | None, stated: str | None
     if len(fitting) != 1:
         found = f"a person about {stature:.3g} tall"
         raise InputError(f"{source}: unit: found {found}; valid: --unit {', '.join(UNITS_M)}")
-    return fitting[0], f"the person is {stature * UNITS_M[fitting[0]]:.2f} m tall"
+    return fitting[0], f"the person is about {stature * UNITS_M[fitting[0]]:.2f} m tall"

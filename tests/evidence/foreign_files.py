@@ -164,7 +164,9 @@ class _JoblibPickler(pickle._Pickler):  # type: ignore[name-defined]
         self.stream.write(bytes([padding]) + b"\xff" * padding + obj.tobytes(order))
 
 
-def save_joblib(path: Path, tree: Any, claim: tuple[int, ...] | None = None, *, compress: bool = False) -> Path:
+def save_joblib(
+    path: Path, tree: Any, claim: tuple[int, ...] | None = None, *, compress: bool = False
+) -> Path:
     """A file as of `joblib.dump`."""
     stream = io.BytesIO()
     with fake_modules() as (_, numpy_pickle):
@@ -242,7 +244,9 @@ def bvh(order: str = "ZXY", frames: int = T, scale: float = 1.0, seed: int = 2) 
     for t in range(frames):
         row = list(place[t]) + [x for i in sequence for x in angles[t, i]]
         rows.append(" ".join(f"{x:.9f}" for x in row))
-    text = f"HIERARCHY\n{write(0, 0)}MOTION\nFrames: {frames}\nFrame Time: 0.0333333\n" + "\n".join(rows) + "\n"
+    text = (
+        f"HIERARCHY\n{write(0, 0)}MOTION\nFrames: {frames}\nFrame Time: 0.0333333\n" + "\n".join(rows) + "\n"
+    )
     places = np.zeros((frames, len(BVH_JOINTS), 3))
     axes = {"X": [1.0, 0, 0], "Y": [0, 1.0, 0], "Z": [0, 0, 1.0]}
     for t in range(frames):
@@ -274,7 +278,11 @@ MARKERS = {
 
 def markers(frames: int = T) -> tuple[list[str], np.ndarray]:
     """Markers of a standing person who slides along z, y up, m: labels and places (T, M, 3)."""
-    places = np.array(list(MARKERS.values()))[None] + np.linspace(0, 1, frames)[:, None, None] * [0.0, 0.0, 1.0]
+    places = np.array(list(MARKERS.values()))[None] + np.linspace(0, 1, frames)[:, None, None] * [
+        0.0,
+        0.0,
+        1.0,
+    ]
     return list(MARKERS), places
 
 

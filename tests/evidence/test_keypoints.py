@@ -49,9 +49,16 @@ def coco_results(folder: Path, count: int = 17) -> Path:
 
 def coco_dataset(folder: Path, count: int = 17) -> Path:
     points, _ = foreign.landmarks(count)
-    images = [{"id": 100 - t, "file_name": f"frame_{t + 5:05d}.jpg", "width": 640, "height": 480} for t in range(T)]
+    images = [
+        {"id": 100 - t, "file_name": f"frame_{t + 5:05d}.jpg", "width": 640, "height": 480} for t in range(T)
+    ]
     people = [
-        {"id": t, "image_id": 100 - t, "keypoints": triples(points[t], np.full(count, 2.0)), "num_keypoints": count}
+        {
+            "id": t,
+            "image_id": 100 - t,
+            "keypoints": triples(points[t], np.full(count, 2.0)),
+            "num_keypoints": count,
+        }
         for t in range(T)
     ]
     categories = [{"id": 1, "name": "person", "keypoints": list(layouts.layout("coco_17"))}]
@@ -299,7 +306,9 @@ def sam3d(folder: Path, focal: Any = FOCAL, kind: str = "pickle", **change: Any)
             "pred_keypoints_2d": seen(shape[t] + at, focals[t]), "pred_cam_t": at, "mask": None,
             "global_rot": np.zeros(3), "body_pose_params": np.zeros(133), "shape_params": np.zeros(45),
         } | change  # fmt: skip
-        frames.append([{key: value for key, value in person.items() if key not in change or value is not None}])
+        frames.append(
+            [{key: value for key, value in person.items() if key not in change or value is not None}]
+        )
     if kind == "npz":
         keys = ("focal_length", "pred_keypoints_3d", "pred_keypoints_2d", "pred_cam_t")
         path = folder / "sam.npz"
@@ -323,7 +332,9 @@ def test_sam_3d_body_round_trip(tmp_path: Path, kind: str) -> None:
     np.testing.assert_allclose(found.joints_m, (shape + place[:, None])[:, keep], atol=1e-5)
     np.testing.assert_allclose(found.keypoints_px, seen(shape + place[:, None], FOCAL)[:, keep], atol=1e-2)
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=0.05)
+    np.testing.assert_allclose(
+        found.camera.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=0.05
+    )
     assert found.camera.image_size_px == SIZE
 
 

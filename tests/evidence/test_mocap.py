@@ -28,7 +28,9 @@ def written(folder: Path, text: str, name: str = "clip.bvh") -> Path:
     return path
 
 
-@pytest.mark.parametrize(("order", "scale", "unit"), [("ZXY", 1.0, "cm"), ("XYZ", 0.01, "m"), ("YZX", 10.0, "mm")])
+@pytest.mark.parametrize(
+    ("order", "scale", "unit"), [("ZXY", 1.0, "cm"), ("XYZ", 0.01, "m"), ("YZX", 10.0, "mm")]
+)
 def test_bvh_round_trip(tmp_path: Path, order: str, scale: float, unit: str) -> None:
     text, places = foreign.bvh(order, scale=scale)
     found = evidence.read(written(tmp_path, text))
@@ -36,7 +38,9 @@ def test_bvh_round_trip(tmp_path: Path, order: str, scale: float, unit: str) -> 
     at = {joint[0]: i for i, joint in enumerate(foreign.BVH_JOINTS)}
     assert len(found.joint_names) == 17
     for point, joint in POINTS.items():
-        np.testing.assert_allclose(found.joints_m[:, found.joint_names.index(point)], wanted[:, at[joint]], atol=1e-5)
+        np.testing.assert_allclose(
+            found.joints_m[:, found.joint_names.index(point)], wanted[:, at[joint]], atol=1e-5
+        )
         if point.startswith("left_"):
             other = found.joints_m[:, found.joint_names.index(point.replace("left", "right"))]
             np.testing.assert_allclose(other, wanted[:, at[joint.replace("Left", "Right")]], atol=1e-5)
@@ -81,7 +85,10 @@ def change(old: str, new: str, count: int = 1) -> Callable[[str], str]:
 BVH = {
     "cut": (lambda text: text[: int(0.9 * len(text))], "MOTION: found"),
     "no motion": (lambda text: text.partition("MOTION")[0], "MOTION: found no such section"),
-    "cut in the skeleton": (lambda text: text[:300] + "\nMOTION\nFrames: 1\nFrame Time: 0.03\n", "unfinished"),
+    "cut in the skeleton": (
+        lambda text: text[:300] + "\nMOTION\nFrames: 1\nFrame Time: 0.03\n",
+        "unfinished",
+    ),
     "NaN": (lambda text: text.rsplit(" ", 1)[0] + " nan\n", "MOTION: found no number at frame 11"),
     "text": (lambda text: text.rsplit(" ", 1)[0] + " abc\n", "MOTION: found could not convert"),
     "too many frames claimed": (change("Frames: 12", "Frames: 2000000000"), "MOTION: found"),
@@ -91,7 +98,10 @@ BVH = {
     "two roots": (change("ROOT Hips", "ROOT A\n{\n}\nROOT Hips"), "a second ROOT"),
     "not a person": (change("LeftUpLeg", "Wheel"), "joints: found none that is left_hip"),
     "word": (change("OFFSET", "OFSET"), "HIERARCHY: found 'OFSET'"),
-    "nobody": (lambda _: "HIERARCHY\nMOTION\nFrames: 1\nFrame Time: 0.03\n", "HIERARCHY: found an unfinished"),
+    "nobody": (
+        lambda _: "HIERARCHY\nMOTION\nFrames: 1\nFrame Time: 0.03\n",
+        "HIERARCHY: found an unfinished",
+    ),
 }
 
 

@@ -50,7 +50,9 @@ def attacks(target: Path) -> dict[str, Any]:
         "import": Call(importlib.import_module, "antigravity"),
         "nested in an argument": Call(dict, Call(builtins.eval, code)),
         "deep in a tree": {"people": [{"pose": np.zeros(3)}, [Call(os.system, f"touch {target}")]]},
-        "defaultdict of a call": collections.defaultdict(functools.partial(os.system, f"touch {target}"), {1: 2}),
+        "defaultdict of a call": collections.defaultdict(
+            functools.partial(os.system, f"touch {target}"), {1: 2}
+        ),
         "pickle in a pickle": Call(pickle.loads, pickle.dumps(Call(builtins.eval, code))),
         "numpy.load": Call(np.load, str(target), None, True),
         "objects in an array": np.array([Call(builtins.eval, code)], dtype=object),
@@ -222,7 +224,11 @@ BOMBS = {
     "npy": lambda path: path.write_bytes(_npy_header((10**10 // 8,)) + bytes(16)),
     "npz": lambda path: _npz(path, _npy_header((10**10 // 8,)) + bytes(16)),
     "c3d": lambda path: path.write_bytes(
-        b"\x02\x50" + np.array([65535, 0, 1, 65535], "<u2").tobytes() + bytes(2) + b"\0\0\x80\xbf" + bytes(600)
+        b"\x02\x50"
+        + np.array([65535, 0, 1, 65535], "<u2").tobytes()
+        + bytes(2)
+        + b"\0\0\x80\xbf"
+        + bytes(600)
     ),
 }
 

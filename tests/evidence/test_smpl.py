@@ -97,7 +97,10 @@ def tram_camera(folder: Path, turn: np.ndarray, place: np.ndarray, world: bool =
 def prompthmr(folder: Path, **change: Any) -> Path:
     vectors, place = foreign.poses()
     pose = np.concatenate((vectors[:, :22].reshape(T, 66), np.zeros((T, 99))), axis=1)
-    track = {"smplx_world": {"pose": pose, "shape": np.zeros((T, 10)), "trans": place}, "frames": np.arange(T)}
+    track = {
+        "smplx_world": {"pose": pose, "shape": np.zeros((T, 10)), "trans": place},
+        "frames": np.arange(T),
+    }
     track["smplx_world"] |= change
     track["smplx_world"] = {key: value for key, value in track["smplx_world"].items() if value is not None}
     camera = {"Rwc": np.tile(np.eye(3), (T, 1, 1)), "Twc": np.zeros((T, 3)), "img_focal": 900.0,
@@ -110,9 +113,7 @@ def amass(folder: Path, **change: Any) -> Path:
     """As AMASS has it: z up."""
     vectors, place = foreign.poses()
     turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-    root = rotations.log(
-        rotations.from_matrix(turn @ rotations.matrix(rotations.exp(vectors[:, 0])))
-    )
+    root = rotations.log(rotations.from_matrix(turn @ rotations.matrix(rotations.exp(vectors[:, 0]))))
     body = np.concatenate((root, vectors[:, 1:22].reshape(T, 63), np.zeros((T, 90))), axis=1)
     tree = {"poses": body, "trans": _z_up_place(place, "smpl"), "betas": np.arange(16.0),
             "gender": "neutral", "mocap_framerate": FPS} | change  # fmt: skip
@@ -214,7 +215,9 @@ def test_tram_without_a_camera_file_is_in_the_camera(tmp_path: Path) -> None:
     found = evidence.read(tram(tmp_path), AT_30)
     vectors, place = foreign.poses()
     assert found.joints_frame == "camera"
-    np.testing.assert_allclose(found.joints_m, foreign.smpl_joints(table(), "smpl", vectors, place), atol=1e-6)
+    np.testing.assert_allclose(
+        found.joints_m, foreign.smpl_joints(table(), "smpl", vectors, place), atol=1e-6
+    )
     assert found.camera is not None
     np.testing.assert_allclose(found.camera.matrix_px, K)
 
@@ -264,7 +267,9 @@ def test_up_is_found_or_asked_for(tmp_path: Path) -> None:
     assert "up y (as given)" in asked.reading
     other = evidence.read(wham(tmp_path), replace(AT_30, up="z"))
     vectors, place = foreign.poses()
-    np.testing.assert_allclose(other.joints_m, foreign.smpl_joints(table(), "smpl", vectors, place), atol=1e-6)
+    np.testing.assert_allclose(
+        other.joints_m, foreign.smpl_joints(table(), "smpl", vectors, place), atol=1e-6
+    )
 
 
 def people(folder: Path) -> Path:
@@ -282,7 +287,9 @@ def test_of_several_people_one_is_asked_for(tmp_path: Path) -> None:
     assert_refused(path, AT_30, "people: found 2: 0 (12 frames), 1 (12 frames)", "--person")
     assert_refused(path, replace(AT_30, person="7"), "found '7'", "valid: 0 (12 frames), 1 (12 frames)")
     first, second = (evidence.read(path, replace(AT_30, person=name)) for name in "01")
-    np.testing.assert_allclose(second.joints_m - first.joints_m, np.broadcast_to([1.0, -1, 1], first.joints_m.shape))
+    np.testing.assert_allclose(
+        second.joints_m - first.joints_m, np.broadcast_to([1.0, -1, 1], first.joints_m.shape)
+    )
     assert "person 1 of 2" in second.reading
 
 

@@ -111,7 +111,9 @@ def read_coco(content: Content, options: Options) -> Evidence:
                 numbers[one["image_id"]], values[:, :2], scores, None if who is None else str(who)
             )
         )
-    return tracks.to_evidence(content, found, _category(content, count) if found else (), options, "a COCO dataset")
+    return tracks.to_evidence(
+        content, found, _category(content, count) if found else (), options, "a COCO dataset"
+    )
 
 
 def read_alphapose(content: Content, options: Options) -> Evidence:

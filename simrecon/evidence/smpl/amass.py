@@ -2,7 +2,7 @@
 
 AMASS: `poses` (T, 156) or (T, 165), `trans`, `betas`, `mocap_framerate`; or `root_orient`, `pose_body`,
 `trans` and `mocap_frame_rate`. Its world is z up. A plain file may name the same things in any of the ways
-below; which axis points up in it is found from the trunk, or asked for.
+below; which axis points up in it is found from the body, or asked for.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def to_evidence(
         content: the file.
         motion: of one person.
         options: of the user; `up` there takes precedence.
-        up: axis that points up in the world of this kind of file; None = found from the trunk.
+        up: axis that points up in the world of this kind of file; None = found from the body.
         camera: the lens, where the file gives it.
         notes: on how the file was read.
     """
