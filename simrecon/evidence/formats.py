@@ -46,7 +46,7 @@ class Reader:
 
 
 def _is_evidence(content: Content) -> bool:
-    return content.kind == "npz" and "schema" in content.tree
+    return content.kind == "npz" and ("schema" in content.tree or "times_s" in content.tree)
 
 
 def _read_evidence(content: Content, _options: Options) -> Evidence:

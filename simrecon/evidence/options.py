@@ -18,7 +18,7 @@ FRAMES = ("world", "camera")
 
 # A standing person's height, m: outside of it a unit is not believed.
 STATURE_RANGE_M = (1.2, 2.3)
-# An upright person is within 45 degrees of the axis; in this share of the frames, or in that one where the rest
+# An upright person is within 45 degrees of the axis; in this share of the frames, or in the other if the rest
 # pose agrees.
 UPRIGHT_COSINE, UPRIGHT_SHARE, UPRIGHT_REST_SHARE = np.sqrt(0.5), 0.75, 0.5
 
@@ -125,7 +125,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def find_unit(source: str, stature: float, asked: str | None, stated: str | None = None) -> tuple[str, str]:
-    """The unit of length: as asked for, as the file states, or that in which the person has a person's height.
+    """The unit of length: as asked for, as the file states, or that which gives a person's height.
 
     Args:
         source: name of the file, for messages.

@@ -275,7 +275,7 @@ class Unpickler(pickle._Unpickler):
             self.stack[-1] = self._joblib_array(target)  # type: ignore[attr-defined]
 
     def _joblib_array(self, wrapper: _JoblibArray) -> NDArray[Any]:
-        """The array behind joblib's wrapper: padding, then its bytes in the stream; or a pickle of objects."""
+        """The array behind joblib's wrapper: padding and its bytes in the stream, or a pickle of objects."""
         kind, count = _dtype_of(wrapper.dtype), _count(wrapper.shape)
         if kind.hasobject:
             found = self._part(self._stream, None)

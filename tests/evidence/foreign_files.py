@@ -32,7 +32,7 @@ def poses(seed: int = 0, frames: int = T, joints: int = 24) -> tuple[np.ndarray,
     return vectors, place
 
 
-# --- SMPL by textbook: 4x4 matrices down the tree, another way than the package's -----------------------------------
+# --- SMPL by textbook: 4x4 matrices down the tree, another way than the package's
 
 
 def smpl_joints(table: dict[str, Any], model: str, vectors: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -58,7 +58,7 @@ def y_to_z(points: np.ndarray) -> np.ndarray:
     return np.stack((points[..., 0], -points[..., 2], points[..., 1]), axis=-1)
 
 
-# --- torch and joblib without torch and joblib ----------------------------------------------------------------------
+# --- torch and joblib without torch and joblib
 
 
 @contextmanager
@@ -127,7 +127,7 @@ class _TorchPickler(pickle.Pickler):
 
 
 def save_torch(path: Path, tree: Any, claim: int | None = None) -> Path:
-    """A file as of `torch.save`, with arrays as tensors; `claim`: number of elements that each says it has."""
+    """A file as of `torch.save`, with arrays as tensors; `claim`: elements that each says it has."""
     stream = io.BytesIO()
     with fake_modules() as (torch, _):
         pickler = _TorchPickler(stream, torch, claim)
@@ -186,7 +186,7 @@ def save_json(path: Path, tree: Any) -> Path:
     return path
 
 
-# --- landmarks in the image -----------------------------------------------------------------------------------------
+# --- landmarks in the image
 
 
 def landmarks(count: int, frames: int = T, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -197,7 +197,7 @@ def landmarks(count: int, frames: int = T, seed: int = 1) -> tuple[np.ndarray, n
     return start + drift, rng.uniform(0.4, 1, (frames, count))
 
 
-# --- BVH by another route -------------------------------------------------------------------------------------------
+# --- BVH by another route
 
 BVH_JOINTS = (
     # name, parent, offset (cm)
@@ -264,7 +264,7 @@ def bvh(order: str = "ZXY", frames: int = T, scale: float = 1.0, seed: int = 2) 
     return text, places
 
 
-# --- markers --------------------------------------------------------------------------------------------------------
+# --- markers
 
 MARKERS = {
     "C7": (0.0, 1.45, -0.06), "L_Shoulder": (0.19, 1.42, 0.0), "R_Shoulder": (-0.19, 1.42, 0.0),

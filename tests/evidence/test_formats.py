@@ -23,9 +23,11 @@ LENS = Camera(K, np.zeros(5), None, (1280, 720))
 def network(folder: Path) -> Path:
     vectors, place = foreign.poses(joints=22)
     params = {
-        "body_pose": vectors[:, 1:].reshape(T, 63), "betas": np.zeros((T, 10)),
-        "global_orient": vectors[:, 0], "transl": place,
-    }  # fmt: skip
+        "body_pose": vectors[:, 1:].reshape(T, 63),
+        "betas": np.zeros((T, 10)),
+        "global_orient": vectors[:, 0],
+        "transl": place,
+    }
     tree = {"smpl_params_global": params, "smpl_params_incam": params, "K_fullimg": np.tile(K, (T, 1, 1))}
     return foreign.save_torch(folder / "gvhmr.pt", tree)
 
@@ -125,7 +127,7 @@ def test_joining_needs_both_halves_of_one_video(tmp_path: Path) -> None:
         evidence.read(whole, asked, keypoints=whole)
     with pytest.raises(InputError, match="found no 3D estimate"):
         evidence.read(points, asked, keypoints=points)
-    with pytest.raises(InputError, match="found no lens|but no lens"):
+    with pytest.raises(InputError, match="but no lens"):
         evidence.read(bvh(tmp_path), Options(fps=FPS), keypoints=points)
     late = landmarks(tmp_path, range(8, 90))
     with pytest.raises(InputError, match="landmarks for 4 of the 12 frames"):
@@ -143,11 +145,11 @@ def test_a_person_is_chosen_in_each_file(tmp_path: Path) -> None:
 def test_evidence_is_checked_whatever_it_was_read_from(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="times_s: found a median interval of 1 s"):
         evidence.read(network(tmp_path), Options(fps=1.0))
-    with pytest.raises(InputError, match="joints_m: found a person .* across"):
+    with pytest.raises(InputError, match="joints_m: found a person"):
         evidence.read(bvh(tmp_path), Options(unit="m", up="y"))
 
 
-# --- the command line -----------------------------------------------------------------------------------------------
+# --- the command line
 
 
 def asked(*arguments: str) -> Evidence:

@@ -73,19 +73,33 @@ def alphapose(folder: Path, count: int = 26, people: int = 1) -> Path:
         for k in range(people):
             points, scores = foreign.landmarks(count, seed=k + 1)
             tree.append(
-                {"image_id": f"{t + 5}.jpg", "category_id": 1, "score": 2.7, "idx": k + 1, "box": [0, 0, 1, 1],
-                 "keypoints": triples(points[t] + 900 * k, scores[t])}
-            )  # fmt: skip
+                {
+                    "image_id": f"{t + 5}.jpg",
+                    "category_id": 1,
+                    "score": 2.7,
+                    "idx": k + 1,
+                    "box": [0, 0, 1, 1],
+                    "keypoints": triples(points[t] + 900 * k, scores[t]),
+                }
+            )
     return foreign.save_json(folder / "alphapose-results.json", tree)
 
 
 def mmpose(folder: Path, count: int = 17, named: bool = True) -> Path:
     points, scores = foreign.landmarks(count)
     frames = [
-        {"frame_id": t + 5, "instances": [{"keypoints": points[t].tolist(), "keypoint_scores": scores[t].tolist(),
-                                           "bbox": [[0, 0, 1, 1]]}]}
+        {
+            "frame_id": t + 5,
+            "instances": [
+                {
+                    "keypoints": points[t].tolist(),
+                    "keypoint_scores": scores[t].tolist(),
+                    "bbox": [[0, 0, 1, 1]],
+                }
+            ],
+        }
         for t in range(T)
-    ]  # fmt: skip
+    ]
     meta = {"dataset_name": "x", "num_keypoints": count}
     if named:
         meta["keypoint_id2name"] = {str(i): name for i, name in enumerate(layouts.layout("coco_17"))}
@@ -240,27 +254,36 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
         "clip_000000000006_keypoints.json: people[0].pose_keypoints_2d: found no such key",
     ),
     "OpenPose, wrong rank": (
-        changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1.0, 2.0])), "found 2 numbers"),
+        changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1.0, 2.0])),
+        "found 2 numbers",
+    ),
     "OpenPose, other number": (
-        changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1.0, 2.0, 0.5] * 18)), "25 landmarks"),
+        changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1.0, 2.0, 0.5] * 18)),
+        "25 landmarks",
+    ),
     "OpenPose, unknown number": (lambda folder: openpose(folder, count=24), "found 24 landmarks"),
     "COCO, missing key": (changed(coco_results, lambda t: t[3].pop("keypoints") and None), "[3].keypoints"),
     "COCO, text": (changed(coco_results, lambda t: t[3].update(keypoints=["a"] * 51)), "[3].keypoints"),
     "COCO, unknown number": (lambda folder: coco_results(folder, 16), "found 16 landmarks"),
     "COCO, unknown image": (
-        changed(coco_dataset, lambda t: t["annotations"][2].update(image_id=-7)), "annotations[2].image_id"),
+        changed(coco_dataset, lambda t: t["annotations"][2].update(image_id=-7)),
+        "annotations[2].image_id",
+    ),
     "COCO, nobody": (changed(coco_dataset, lambda t: t.update(annotations=[])), "people: found nobody"),
     "AlphaPose, missing key": (changed(alphapose, lambda t: t[5].pop("keypoints") and None), "[5].keypoints"),
-    "AlphaPose, twice": (changed(alphapose, lambda t: t + t[:1]), "person 1 twice in frame 5"),
+    "AlphaPose, twice": (changed(alphapose, lambda t: [*t, t[0]]), "person 1 twice in frame 5"),
     "MMPose, missing key": (
         changed(mmpose, lambda t: first(t).pop("keypoint_scores") and None),
         "instance_info[1].instances[0].keypoint_scores: found no such key",
     ),
-    "MMPose, wrong rank": (changed(mmpose, lambda t: first(t).update(keypoints=[1.0] * 34)), "found shapes (34,)"),
+    "MMPose, wrong rank": (
+        changed(mmpose, lambda t: first(t).update(keypoints=[1.0] * 34)),
+        "found shapes (34,)",
+    ),
     "MMPose, nobody": (changed(mmpose, lambda t: t.update(instance_info=[])), "people: found nobody"),
     "MMPose, no list": (changed(mmpose, lambda t: t.update(instance_info={})), "instance_info: found a dict"),
     "MMPose, cut": (cut, "damaged JSON"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -279,7 +302,7 @@ def test_nan_in_json_is_unseen(tmp_path: Path) -> None:
     assert found.scores[3, 1] == 0
 
 
-# --- people with joints in space ------------------------------------------------------------------------------------
+# --- people with joints in space
 
 FOCAL, SIZE = 1100.0, (1280, 720)
 
@@ -302,10 +325,16 @@ def sam3d(folder: Path, focal: Any = FOCAL, kind: str = "pickle", **change: Any)
     for t in range(T):
         at = place[t] * [1, 1, focals[t] / FOCAL]
         person = {
-            "bbox": np.zeros(4), "focal_length": np.float32(focals[t]), "pred_keypoints_3d": shape[t],
-            "pred_keypoints_2d": seen(shape[t] + at, focals[t]), "pred_cam_t": at, "mask": None,
-            "global_rot": np.zeros(3), "body_pose_params": np.zeros(133), "shape_params": np.zeros(45),
-        } | change  # fmt: skip
+            "bbox": np.zeros(4),
+            "focal_length": np.float32(focals[t]),
+            "pred_keypoints_3d": shape[t],
+            "pred_keypoints_2d": seen(shape[t] + at, focals[t]),
+            "pred_cam_t": at,
+            "mask": None,
+            "global_rot": np.zeros(3),
+            "body_pose_params": np.zeros(133),
+            "shape_params": np.zeros(45),
+        } | change
         frames.append(
             [{key: value for key, value in person.items() if key not in change or value is not None}]
         )
@@ -354,13 +383,25 @@ def phalp(folder: Path, people: int = 1, **change: Any) -> Path:
     place = place * [1, 1, focal / FOCAL]
     tree = {}
     for t in range(T):
-        pixels = seen(shape[t] + place[t], focal) + [0, (SIZE[0] - SIZE[1]) / 2]
+        pixels = seen(shape[t] + place[t], focal) + np.array([0, (SIZE[0] - SIZE[1]) / 2])
         one = {
-            "time": t, "shot": 0, "tid": list(range(1, people + 1)), "tracked_time": [0] * people,
-            "3d_joints": [shape[t]] * people, "2d_joints": [(pixels / SIZE[0]).ravel()] * people,
-            "camera": [place[t]] * people, "size": [[SIZE[1], SIZE[0]]] * people, "bbox": [np.zeros(4)] * people,
-            "smpl": [{"betas": np.zeros(10), "body_pose": np.zeros((23, 3, 3)), "global_orient": np.zeros((1, 3, 3))}],
-        } | change  # fmt: skip
+            "time": t,
+            "shot": 0,
+            "tid": list(range(1, people + 1)),
+            "tracked_time": [0] * people,
+            "3d_joints": [shape[t]] * people,
+            "2d_joints": [(pixels / SIZE[0]).ravel()] * people,
+            "camera": [place[t]] * people,
+            "size": [[SIZE[1], SIZE[0]]] * people,
+            "bbox": [np.zeros(4)] * people,
+            "smpl": [
+                {
+                    "betas": np.zeros(10),
+                    "body_pose": np.zeros((23, 3, 3)),
+                    "global_orient": np.zeros((1, 3, 3)),
+                }
+            ],
+        } | change
         tree[f"outputs/img/{t:06d}.jpg"] = {key: value for key, value in one.items() if value is not None}
     return foreign.save_joblib(folder / "demo_clip.pkl", tree, compress=True)
 
@@ -394,13 +435,21 @@ BAD3D: dict[str, tuple[Callable[[Path], Path], str]] = {
     "SAM, wrong rank": (lambda f: sam3d(f, pred_keypoints_3d=np.zeros((70, 2))), "found shape (70, 2)"),
     "SAM, NaN": (lambda f: sam3d(f, pred_cam_t=np.full(3, np.nan)), "found NaN"),
     "SAM, they don't agree": (
-        lambda f: sam3d(f, pred_keypoints_2d=np.random.default_rng(0).uniform(0, 700, (70, 2))), "px off"),
-    "PHALP, missing key": (lambda f: phalp(f, camera=None), "outputs/img/000000.jpg.camera: found no such list"),
+        lambda f: sam3d(f, pred_keypoints_2d=np.random.default_rng(0).uniform(0, 700, (70, 2))),
+        "px off",
+    ),
+    "PHALP, missing key": (
+        lambda f: phalp(f, camera=None),
+        "outputs/img/000000.jpg.camera: found no such list",
+    ),
     "PHALP, too few": (lambda f: phalp(f, **{"3d_joints": []}), "3d_joints: found 0 people"),
-    "PHALP, wrong rank": (lambda f: phalp(f, **{"3d_joints": [np.zeros(135)]}), "3d_joints[0]: found shape (135,)"),
+    "PHALP, wrong rank": (
+        lambda f: phalp(f, **{"3d_joints": [np.zeros(135)]}),
+        "3d_joints[0]: found shape (135,)",
+    ),
     "PHALP, NaN": (lambda f: phalp(f, camera=[np.full(3, np.nan)]), "found NaN"),
     "PHALP, nobody": (lambda f: phalp(f, tid=[]), "people: found nobody"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD3D)

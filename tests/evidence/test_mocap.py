@@ -16,10 +16,17 @@ from simrecon.evidence.mocap import markers, names
 
 T = foreign.T
 POINTS = {
-    "pelvis": "Hips", "neck": "Neck", "head": "Head", "left_shoulder": "LeftArm", "left_elbow": "LeftForeArm",
-    "left_wrist": "LeftHand", "left_hip": "LeftUpLeg", "left_knee": "LeftLeg", "left_ankle": "LeftFoot",
+    "pelvis": "Hips",
+    "neck": "Neck",
+    "head": "Head",
+    "left_shoulder": "LeftArm",
+    "left_elbow": "LeftForeArm",
+    "left_wrist": "LeftHand",
+    "left_hip": "LeftUpLeg",
+    "left_knee": "LeftLeg",
+    "left_ankle": "LeftFoot",
     "left_toe": "LeftToeBase",
-}  # fmt: skip
+}
 
 
 def written(folder: Path, text: str, name: str = "clip.bvh") -> Path:
@@ -139,7 +146,7 @@ def test_the_upper_arm_comes_before_a_shoulder_that_is_the_collar_bone() -> None
     assert names.joints(["LeftShoulder", "LeftArm"])["left_shoulder"] == 1
 
 
-# --- markers --------------------------------------------------------------------------------------------------------
+# --- markers
 
 
 @pytest.mark.parametrize(("units", "factor"), [("mm", 1000.0), ("m", 1.0), ("cm", 100.0)])
@@ -166,9 +173,11 @@ def test_trc_round_trip(tmp_path: Path, units: str, factor: float) -> None:
 def test_hip_centres_of_harrington_2007() -> None:
     """Spines 240 mm wide and 130 mm deep: 41.1 mm back, 86.5 mm aside, 82.9 mm down."""
     at = {
-        "lasis": np.array([[0.12, 1.0, 0.0]]), "rasis": np.array([[-0.12, 1.0, 0.0]]),
-        "lpsis": np.array([[0.05, 1.0, -0.13]]), "rpsis": np.array([[-0.05, 1.0, -0.13]]),
-    }  # fmt: skip
+        "lasis": np.array([[0.12, 1.0, 0.0]]),
+        "rasis": np.array([[-0.12, 1.0, 0.0]]),
+        "lpsis": np.array([[0.05, 1.0, -0.13]]),
+        "rpsis": np.array([[-0.05, 1.0, -0.13]]),
+    }
     points, derived = markers.centres(at, 1.0)
     np.testing.assert_allclose(points["left_hip"], [[0.0865, 1 - 0.0829, -0.0411]], atol=1e-9)
     np.testing.assert_allclose(points["right_hip"], [[-0.0865, 1 - 0.0829, -0.0411]], atol=1e-9)
@@ -190,13 +199,20 @@ TRC = {
     "other number of markers": (trc(change("\t17\tmm", "\t999999999\tmm")), "NumMarkers: found 999999999"),
     "text": (trc(lambda text: text[:-4] + "abc\n"), "frame 12: found"),
     "no frames": (
-        trc(lambda text: "\n".join(text.splitlines()[:5]).replace("\t12\t", "\t0\t") + "\n"), "Time: found no frames"),
-    "not a person": (trc(lambda text: text.replace("knee", "wheel")), "markers: found none that give left_knee"),
+        trc(lambda text: "\n".join(text.splitlines()[:5]).replace("\t12\t", "\t0\t") + "\n"),
+        "Time: found no frames",
+    ),
+    "not a person": (
+        trc(lambda text: text.replace("knee", "wheel")),
+        "markers: found none that give left_knee",
+    ),
     "nothing seen": (
-        lambda folder: written(folder, foreign.trc(foreign.markers()[0], np.full((T, 17, 3), np.nan)), "clip.trc"),
+        lambda folder: written(
+            folder, foreign.trc(foreign.markers()[0], np.full((T, 17, 3), np.nan)), "clip.trc"
+        ),
         "markers: found none that is ever seen",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", TRC)

@@ -41,7 +41,7 @@ def wham(folder: Path, **change: Any) -> Path:
     return foreign.save_joblib(folder / "wham_output.pkl", {0: track}, compress=True)
 
 
-def params(seed: int, model: str = "smplx", **change: Any) -> dict[str, Any]:
+def params(seed: int, **change: Any) -> dict[str, Any]:
     vectors, place = foreign.poses(seed, joints=22)
     found = {
         "body_pose": vectors[:, 1:].reshape(T, 63),
@@ -88,9 +88,11 @@ def tram_camera(folder: Path, turn: np.ndarray, place: np.ndarray, world: bool =
     prefix = "world_cam" if world else "pred_cam"
     holder = np.empty((), dtype=object)
     holder[()] = {
-        f"{prefix}_R": turn, f"{prefix}_T": place, "img_focal": np.array([900.0]),
+        f"{prefix}_R": turn,
+        f"{prefix}_T": place,
+        "img_focal": np.array([900.0]),
         "img_center": np.array([640.0, 360.0]),
-    }  # fmt: skip
+    }
     np.save(folder / "camera.npy", holder)
 
 
@@ -103,8 +105,12 @@ def prompthmr(folder: Path, **change: Any) -> Path:
     }
     track["smplx_world"] |= change
     track["smplx_world"] = {key: value for key, value in track["smplx_world"].items() if value is not None}
-    camera = {"Rwc": np.tile(np.eye(3), (T, 1, 1)), "Twc": np.zeros((T, 3)), "img_focal": 900.0,
-              "img_center": np.array([640.0, 360.0])}  # fmt: skip
+    camera = {
+        "Rwc": np.tile(np.eye(3), (T, 1, 1)),
+        "Twc": np.zeros((T, 3)),
+        "img_focal": 900.0,
+        "img_center": np.array([640.0, 360.0]),
+    }
     tree = {"people": {1: track}, "camera_world": camera, "timings": {}}
     return foreign.save_joblib(folder / "results.pkl", tree)
 
@@ -115,8 +121,13 @@ def amass(folder: Path, **change: Any) -> Path:
     turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
     root = rotations.log(rotations.from_matrix(turn @ rotations.matrix(rotations.exp(vectors[:, 0]))))
     body = np.concatenate((root, vectors[:, 1:22].reshape(T, 63), np.zeros((T, 90))), axis=1)
-    tree = {"poses": body, "trans": _z_up_place(place, "smpl"), "betas": np.arange(16.0),
-            "gender": "neutral", "mocap_framerate": FPS} | change  # fmt: skip
+    tree = {
+        "poses": body,
+        "trans": _z_up_place(place, "smpl"),
+        "betas": np.arange(16.0),
+        "gender": "neutral",
+        "mocap_framerate": FPS,
+    } | change
     path = folder / "walk_poses.npz"
     np.savez(path, **{key: value for key, value in tree.items() if value is not None})
     return path
@@ -133,10 +144,15 @@ def amass_x(folder: Path, **change: Any) -> Path:
         whole = dict(given)
     _, place = foreign.poses()
     tree = {
-        "root_orient": whole["poses"][:, :3], "pose_body": whole["poses"][:, 3:66],
-        "pose_jaw": np.zeros((T, 3)), "trans": _z_up_place(place, "smplx"), "betas": np.zeros(16),
-        "mocap_frame_rate": FPS, "surface_model_type": "smplx", "gender": "neutral",
-    } | change  # fmt: skip
+        "root_orient": whole["poses"][:, :3],
+        "pose_body": whole["poses"][:, 3:66],
+        "pose_jaw": np.zeros((T, 3)),
+        "trans": _z_up_place(place, "smplx"),
+        "betas": np.zeros(16),
+        "mocap_frame_rate": FPS,
+        "surface_model_type": "smplx",
+        "gender": "neutral",
+    } | change
     path = folder / "walk_stageii.npz"
     np.savez(path, **{key: value for key, value in tree.items() if value is not None})
     return path
@@ -144,8 +160,13 @@ def amass_x(folder: Path, **change: Any) -> Path:
 
 def plain(folder: Path, **change: Any) -> Path:
     vectors, place = foreign.poses()
-    tree = {"global_orient": vectors[:, 0], "body_pose": vectors[:, 1:].reshape(T, 69), "transl": place,
-            "betas": np.zeros((1, 10)), "fps": FPS} | change  # fmt: skip
+    tree = {
+        "global_orient": vectors[:, 0],
+        "body_pose": vectors[:, 1:].reshape(T, 69),
+        "transl": place,
+        "betas": np.zeros((1, 10)),
+        "fps": FPS,
+    } | change
     path = folder / "motion.npz"
     np.savez(path, **{key: value for key, value in tree.items() if value is not None})
     return path
@@ -275,10 +296,14 @@ def test_up_is_found_or_asked_for(tmp_path: Path) -> None:
 def people(folder: Path) -> Path:
     vectors, place = foreign.poses()
     tracks = {
-        i: {"pose_world": vectors.reshape(T, 72), "trans_world": place + i, "betas": np.zeros(10),
-            "frame_ids": np.arange(T)}
+        i: {
+            "pose_world": vectors.reshape(T, 72),
+            "trans_world": place + i,
+            "betas": np.zeros(10),
+            "frame_ids": np.arange(T),
+        }
         for i in range(2)
-    }  # fmt: skip
+    }
     return foreign.save_joblib(folder / "wham_output.pkl", tracks)
 
 
@@ -316,12 +341,22 @@ BAD: dict[str, tuple[Callable[..., Path], dict[str, Any], Options, str]] = {
     "WHAM, frames of another length": (wham, {"frame_ids": np.arange(T + 1)}, AT_30, "0.frame_ids"),
     "WHAM, frames back": (wham, {"frame_ids": np.arange(T)[::-1]}, AT_30, "11 then 10"),
     "GVHMR, missing key": (gvhmr, {"body_pose": None}, AT_30, "smpl_params_global.body_pose"),
-    "GVHMR, wrong rank": (gvhmr, {"transl": np.zeros(3)}, AT_30, "smpl_params_global.transl: found shape (3,)"),
+    "GVHMR, wrong rank": (
+        gvhmr,
+        {"transl": np.zeros(3)},
+        AT_30,
+        "smpl_params_global.transl: found shape (3,)",
+    ),
     "GVHMR, NaN": (gvhmr, {"transl": nan((T, 3))}, AT_30, "smpl_params_global.transl: found 1 NaN"),
     "GEM, NaN": (gem, {"global_orient": nan((T, 3))}, AT_30, "body_params_global.global_orient: found 1 NaN"),
     "GEM, missing key": (gem, {"transl": None}, AT_30, "body_params_global.transl"),
     "TRAM, missing key": (tram, {"pred_trans": None}, AT_30, "pred_trans: found no such key"),
-    "TRAM, wrong rank": (tram, {"pred_rotmat": np.zeros((T, 72))}, AT_30, "pred_rotmat: found shape (12, 72)"),
+    "TRAM, wrong rank": (
+        tram,
+        {"pred_rotmat": np.zeros((T, 72))},
+        AT_30,
+        "pred_rotmat: found shape (12, 72)",
+    ),
     "TRAM, no rotations": (tram, {"pred_rotmat": np.zeros((T, 24, 3, 3))}, AT_30, "rotation matrices"),
     "TRAM, NaN": (tram, {"pred_trans": nan((T, 1, 3))}, AT_30, "pred_trans: found 1 NaN"),
     "TRAM, no world": (tram, {}, replace(AT_30, frame="world"), "camera.npy: found none"),
@@ -332,10 +367,20 @@ BAD: dict[str, tuple[Callable[..., Path], dict[str, Any], Options, str]] = {
     "AMASS, NaN": (amass, {"trans": nan((T, 3))}, Options(), "trans: found 1 NaN"),
     "AMASS, missing key": (amass, {"trans": None}, Options(), "of no known format"),
     "AMASS, no rate": (amass, {"mocap_framerate": -1.0}, Options(), "mocap_framerate: found -1"),
-    "AMASS, a single frame": (amass, {"poses": np.zeros((1, 156)), "trans": np.zeros((1, 3))}, Options(), "a single frame"),
-    "SMPL, lengths differ": (plain, {"transl": np.zeros((T + 1, 3))}, Options(), "transl: found shape (13, 3)"),
+    "AMASS, a single frame": (
+        amass,
+        {"poses": np.zeros((1, 156)), "trans": np.zeros((1, 3))},
+        Options(),
+        "a single frame",
+    ),
+    "SMPL, lengths differ": (
+        plain,
+        {"transl": np.zeros((T + 1, 3))},
+        Options(),
+        "transl: found shape (13, 3)",
+    ),
     "SMPL, text": (plain, {"transl": np.full((T, 3), "a")}, Options(), "transl: found values of type <U1"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -1,8 +1,8 @@
 """PHALP and 4DHumans, and SAM 3D Body: people by frame with landmarks in the image and joints in space.
 
 PHALP: by frame `tid`, `3d_joints` (the first 25 in OpenPose's order), `2d_joints` as shares of the longer
-side of the image padded to a square, `size`, `tracked_time` (0 where the person was seen). Its camera is nearly
-orthographic and its distance no distance: the joints are taken as a shape around the hips.
+side of the image, padded to a square, `size`, `tracked_time` (0 where the person was seen). Its camera is
+nearly orthographic and its distance no distance: the joints are taken as a shape around the hips.
 
 SAM 3D Body: by person `pred_keypoints_3d` and `pred_keypoints_2d` in the order of MHR's first 70 keypoints,
 `pred_cam_t`, `focal_length`; a list of frames, each a list of people.

@@ -1,4 +1,7 @@
-"""TRC: labelled markers by frame, as text. MOT, its joint angles, is no evidence: refused with a word on it"""
+"""TRC: labelled markers by frame, as text.
+
+MOT, which holds joint angles, is no evidence: it is refused with a word on it.
+"""
 
 from __future__ import annotations
 
