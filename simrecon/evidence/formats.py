@@ -68,6 +68,7 @@ READERS: tuple[Reader, ...] = (
     Reader("mmpose", "MMPose/RTMPose", flat.matches_mmpose, flat.read_mmpose),
     Reader("alphapose", "AlphaPose", flat.matches_alphapose, flat.read_alphapose),
     Reader("coco", "COCO", flat.matches_coco, flat.read_coco),
+    Reader("array", "landmark array", flat.matches_array, flat.read_array),
     Reader("bvh", "BVH", bvh.matches, bvh.read),
     Reader("trc", "TRC", trc.matches, trc.read),
     Reader("mot", "MOT", trc.matches_mot, trc.read_mot),

@@ -106,6 +106,13 @@ def mmpose(folder: Path, count: int = 17, named: bool = True) -> Path:
     return foreign.save_json(folder / "results_clip.json", {"meta_info": meta, "instance_info": frames})
 
 
+def array(folder: Path, count: int) -> Path:
+    """As GVHMR keeps the landmarks of ViTPose; the first five frames are of nobody."""
+    points, scores = foreign.landmarks(count)
+    seen_ = np.concatenate((points, scores[..., None]), axis=-1)
+    return foreign.save_torch(folder / "vitpose.pt", np.concatenate((np.zeros((5, count, 3)), seen_)))
+
+
 LAYOUTS: dict[str, tuple[Callable[..., Path], int, str]] = {
     "OpenPose BODY_25": (openpose, 25, "openpose_25"),
     "OpenPose COCO": (openpose, 18, "openpose_18"),
@@ -116,6 +123,7 @@ LAYOUTS: dict[str, tuple[Callable[..., Path], int, str]] = {
     "AlphaPose Halpe": (alphapose, 26, "halpe_26"),
     "AlphaPose Halpe full": (alphapose, 136, "halpe_136"),
     "MMPose": (mmpose, 17, "coco_17"),
+    "landmark array": (array, 17, "coco_17"),
     "RTMPose Halpe": (lambda folder, count: mmpose(folder, count, named=False), 26, "halpe_26"),
 }
 
@@ -132,7 +140,13 @@ def test_round_trip(tmp_path: Path, name: str) -> None:
         np.testing.assert_allclose(found.scores, scores[:, keep], atol=1e-6)
     np.testing.assert_allclose(found.times_s, (np.arange(T) + 5) / FPS, atol=1e-9)
     assert found.camera is LENS or found.camera.image_size_px == (640, 480)
-    assert found.reading.split(":")[0].split("/")[0] in ("OpenPose", "COCO", "AlphaPose", "MMPose")
+    assert found.reading.split(":")[0].split("/")[0] in (
+        "OpenPose",
+        "COCO",
+        "AlphaPose",
+        "MMPose",
+        "landmark array",
+    )
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@
 - COCO: a list of results {`image_id`, `keypoints`, `score`}, or a dataset with `annotations`, `images` and
   `categories`. In a dataset the third number is a visibility: 0 not labelled, 1 hidden, 2 seen.
 - AlphaPose: a list of results with `image_id` as a file name, `score`, and `idx` of the person.
+- an array (T, J, 3) of x, y and confidence, as GVHMR keeps in `vitpose.pt`.
 - MMPose, RTMPose: `instance_info[{frame_id, instances[{keypoints, keypoint_scores}]}]` with `meta_info`.
 """
 
@@ -52,6 +53,13 @@ def matches_mmpose(content: Content) -> bool:
     """MMPose's predictions."""
     tree = content.tree if content.kind == "json" else None
     return isinstance(tree, Mapping) and "instance_info" in tree
+
+
+def matches_array(content: Content) -> bool:
+    """An array of landmarks by frame."""
+    tree = content.tree if content.kind in ("torch", "npy", "pickle") else None
+    sizes = {len(layouts.layout(name)) for name in ALPHAPOSE}
+    return isinstance(tree, np.ndarray) and tree.ndim == 3 and tree.shape[2] == 3 and tree.shape[1] in sizes
 
 
 def _is_frame(tree: Any) -> bool:
@@ -145,6 +153,14 @@ def _results(content: Content, tree: Sequence[Any], options: Options, allowed: S
             )
         )
     return tracks.to_evidence(content, found, layouts.by_count(content, "keypoints", count, allowed), options)
+
+
+def read_array(content: Content, options: Options) -> Evidence:
+    """Evidence of an array of landmarks."""
+    values = _floats(content, "array", content.tree)
+    names = layouts.by_count(content, "array", values.shape[1], ALPHAPOSE)
+    found = [tracks.detection(t, row[:, :2], row[:, 2]) for t, row in enumerate(values)]
+    return tracks.to_evidence(content, found, names, options)
 
 
 def read_mmpose(content: Content, options: Options) -> Evidence:
