@@ -146,6 +146,7 @@ def read(folder: Path | str) -> Motion:
         contact_body=parts,
         contact_force_N=arrays.finite("contact_force_N", ("T", "C", 3)),
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
+        contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
     )
 
