@@ -7,7 +7,7 @@
     mjcf      person and scene for MuJoCo
 """
 
-from simrecon.scene.files import FIT, dumps, parse, read, write
+from simrecon.scene.files import FIT, dumps, item, parse, read, write
 from simrecon.scene.geometry import depths, distances, support_height
 from simrecon.scene.mjcf import GROUND_GEOM, ITEM_PREFIX, build, owner
 
@@ -19,6 +19,7 @@ __all__ = [
     "depths",
     "distances",
     "dumps",
+    "item",
     "owner",
     "parse",
     "read",

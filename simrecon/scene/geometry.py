@@ -137,8 +137,8 @@ def _to_box(part: Part, local: Array) -> tuple[Array, Array]:
 
 def _to_hull(part: Part, local: Array) -> tuple[Array, Array]:
     radius = float(np.linalg.norm(part.half_m))
-    far = np.linalg.norm(local, axis=-1)
-    apart, gradient = far - radius, local / np.maximum(far, 1e-12)[..., None]
+    far = np.asarray(np.linalg.norm(local, axis=-1))
+    apart, gradient = np.array(far - radius), local / np.maximum(far, 1e-12)[..., None]
     near = apart < _NEAR_M
     planes = _planes(part)  # (F, 4) about the centre
     heights = local[near] @ planes[:, :3].T + planes[:, 3]  # (n, F)
