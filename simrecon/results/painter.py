@@ -20,6 +20,7 @@ from simrecon.types import Array, Camera
 _LEFT, _RIGHT, _CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
 _FORCE, _FALLBACK, _HIDDEN = (40, 240, 250), (170, 170, 255), (140, 140, 140)
 _SKY, _TILES = (240, 238, 236), ((216, 212, 208), (228, 225, 222))
+_PLAIN_RGBA = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default
 _ALPHA = 0.75
 _ARROW_M_PER_WEIGHT = 0.5
 _LEAST_FORCE = 0.01  # of body weight; smaller forces are not drawn
@@ -42,6 +43,7 @@ class Clip:
         contact_point_m: (T, C, 3), NaN without contact.
         contact_force_N: (T, C, 3) on the body.
         status: (T,) other than 0 where a frame is not simulated.
+        ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
     """
 
     model: mujoco.MjModel
@@ -53,6 +55,7 @@ class Clip:
     contact_point_m: Array | None = None
     contact_force_N: Array | None = None
     status: NDArray[np.uint8] | None = None
+    ground_m: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +96,8 @@ class Painter:
         self.all = shapes.surface(model, person + items, max(_ITEM_CELL_M, _coarse_cell_m(model, items)))
         self.colours = np.array([_side_colour(name) for name in names], float)
         self.colours[items] = _ITEM
+        painted = [i for i in items if not np.allclose(model.geom_rgba[i], _PLAIN_RGBA)]
+        self.colours[painted] = 255 * model.geom_rgba[painted, 2::-1]
         trees = np.unique(model.body_rootid[model.geom_bodyid[person]])
         masses = model.body_mass[np.isin(model.body_rootid, trees) & (model.body_weldid != 0)]
         self.weight_N = max(float(masses.sum() * (np.linalg.norm(model.opt.gravity) or 9.81)), 1e-9)
@@ -100,8 +105,8 @@ class Painter:
         self.camera = clip.camera if clip.camera is not None and has_view(clip.camera) else self._made_up()
         self.limit = 1.5 * _corner_radius(self.camera)
 
-    def draw(self, frame: int, view: View, image: Image | None) -> Image:
-        """One frame over `image`, or over plain ground."""
+    def draw(self, frame: int, view: View, image: Image | None, caption: str | None = None) -> Image:
+        """One frame over `image`, or over plain ground; `caption` instead of number and time."""
         clip, camera = self.clip, self._at(frame)
         self._pose(frame)
         surface = self.person if image is not None else self.all
@@ -119,7 +124,9 @@ class Painter:
         if clip.keypoints_px is not None and clip.camera is self.camera:
             scores = np.ones(clip.keypoints_px.shape[1]) if clip.scores is None else clip.scores[frame]
             canvas.dots(image, view.pixels(clip.keypoints_px[frame]), scores)
-        canvas.label(image, f"{frame + 1}/{len(clip.times_s)}   {clip.times_s[frame]:.2f} s", 0, canvas.LIGHT)
+        if caption is None:
+            caption = f"{frame + 1}/{len(clip.times_s)}   {clip.times_s[frame]:.2f} s"
+        canvas.label(image, caption, 0, canvas.LIGHT)
         if clip.status is not None and clip.status[frame] != 0:
             canvas.label(image, "not simulated: kinematic fallback", 1, _FALLBACK)
         return image
@@ -193,7 +200,8 @@ class Painter:
         width, height = view.size
         image = np.full((height, width, 3), _SKY, np.uint8)
         for ground in self.grounds:
-            tiles, colours = _tiles(self.clip.qpos[:, :2])
+            path = self.clip.qpos[:, :2] if self.clip.ground_m is None else self.clip.ground_m
+            tiles, colours = _tiles(path)
             tiles[..., 2] = self._height(ground, tiles[..., :2])
             pixels = view.pixels(self._project(camera, tiles.reshape(-1, 3))[0]).reshape(-1, 4, 2)
             keep = np.isfinite(pixels).all(axis=(1, 2))
@@ -266,12 +274,12 @@ class Painter:
         radius = self.model.geom_rbound[geoms][:, None]
         low = (centres[:, geoms] - radius).min(axis=(0, 1))
         high = (centres[:, geoms] + radius).max(axis=(0, 1))
-        return _three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
+        return three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
 
 
-def _three_quarter(low_m: Array, high_m: Array, facing_rad: float) -> Camera:
-    """A camera 40° beside `facing_rad` and 15° above that sees the whole box."""
-    azimuth, elevation = facing_rad + np.deg2rad(40), np.deg2rad(15)
+def three_quarter(low_m: Array, high_m: Array, facing_rad: float, elevation_rad: float = np.deg2rad(15)) -> Camera:
+    """A camera 40° beside `facing_rad` and a little above that sees the whole box."""
+    azimuth, elevation = facing_rad + np.deg2rad(40), elevation_rad
     towards = np.array(
         [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
     )

@@ -104,9 +104,13 @@ def dumps(of: Scene) -> str:
     """The text of a scene file; `parse(dumps(scene)) == scene`."""
     found = tables(of)
     lines = ["[ground]", *(f"{key} = {_toml(value)}" for key, value in found["ground"].items())]
-    for table in found["item"]:
-        lines += ["", "[[item]]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n" + "".join("\n" + dumps_item(entry) for entry in of.items)
+
+
+def dumps_item(of: SceneItem) -> str:
+    """The text of one item."""
+    (table,) = tables(Scene(items=(of,)))["item"]
+    return "\n".join(["[[item]]", *(f"{key} = {_toml(value)}" for key, value in table.items())]) + "\n"
 
 
 def write(of: Scene, path: Path | str) -> None:

@@ -28,6 +28,7 @@ _SPIN_FRICTION_M, _ROLL_FRICTION_M = 0.005, 0.0001
 _HARD_SOLIMP = (0.9999, 0.99999, 0.001, 0.5, 2.0)
 _SLAB_LEAST_KG, _SLAB_MOST_KG = 0.3, 2.0
 _GRAVITY_COMPENSATED = 1.0
+_SHEET_RGBA = (0.28, 0.38, 0.52, 1.0)
 _GEOM = mujoco.mjtGeom
 
 
@@ -260,6 +261,7 @@ def _add_sheet(
                 mass=0.0,
                 contype=0,
                 conaffinity=0,
+                rgba=_SHEET_RGBA,
             )
             spec.add_exclude(name=f"{label}/world", bodyname1="world", bodyname2=label)
             if scene.ground.stiffness_Npm is not None:

@@ -84,6 +84,8 @@ class Sheet:
 
 TILE_KG_PER_M2 = 4.0
 """Of a foam tile: it only has to be light against a person."""
+RATED_KG = 70.0
+"""Load that natural frequencies are given for."""
 PATCH_M = 0.3
 """Edge of the load that a trampoline's stiffness is given for."""
 
@@ -138,6 +140,11 @@ def sheet(item: SceneItem) -> Sheet | None:
             TILE_KG_PER_M2 * area,
         )
     return None
+
+
+def natural_frequency_hz(item: SceneItem) -> float:
+    """Of a trampoline with `RATED_KG` in its middle."""
+    return float(np.sqrt(float(str(item.parameters["stiffness_Npm"])) / RATED_KG) / (2 * np.pi))
 
 
 def _membrane(values: dict[str, Any]) -> Sheet:
