@@ -153,7 +153,7 @@ class Ground:
         height_m: at the world's z axis.
         friction: of its surface.
         slope_rad: angle with the horizontal; slope_yaw_rad: direction in which it rises, from +x.
-        stiffness_Npm, damping_Nspm: of a compliant floor, which sinks as a whole, along its normal; None: hard.
+        stiffness_Npm, damping_Nspm: of a compliant floor, which sinks as a whole; None: hard.
             `"fit"`: to be found from the clip, see `simrecon.softfloor`.
     """
 
@@ -194,7 +194,7 @@ class SceneItem:
 
 @dataclass(frozen=True)
 class Scene:
-    """Floor and things of `scene.toml`; `folder` is where files that items name lie, no part of its identity."""
+    """Floor and things of `scene.toml`; files that items name lie in `folder`."""
 
     ground: Ground = field(default_factory=Ground)
     items: tuple[SceneItem, ...] = ()

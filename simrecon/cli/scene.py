@@ -11,7 +11,7 @@ from typing import Any
 
 import mujoco
 
-from simrecon import evidence, kinematics, plan, rollout, schedule
+from simrecon import evidence, kinematics, plan, rollout
 from simrecon import scene as scenes
 from simrecon.body import names
 from simrecon.cli import arguments
@@ -41,7 +41,9 @@ def add(commands: Any) -> None:
     put.add_argument("kind", metavar="KIND", help=", ".join(kinds.table()))
     _settings(put, "of the thing; what is left out has its default, name= included")
 
-    change = _action(actions, "set", _set, "change a thing or the ground; KEY= alone goes back to the default")
+    change = _action(
+        actions, "set", _set, "change a thing or the ground; KEY= alone goes back to the default"
+    )
     change.add_argument("name", metavar="NAME", help=f"of a thing, or {GROUND}")
     _settings(change, "what to change", "+")
 
@@ -61,7 +63,9 @@ def add(commands: Any) -> None:
     propose = arguments.command(actions, "suggest", _suggest, "suggest supports that the motion needs")
     propose.add_argument("evidence", metavar="EVIDENCE", help="evidence (.npz, see docs/formats.md)")
     propose.add_argument("--scene", metavar="FILE", help="what is known already [a floor at z = 0]")
-    propose.add_argument("-o", dest="output", metavar="FILE", help="accept: write scene and suggestions there")
+    propose.add_argument(
+        "-o", dest="output", metavar="FILE", help="accept: write scene and suggestions there"
+    )
     _person(propose)
 
 
@@ -126,7 +130,9 @@ def _move(options: argparse.Namespace) -> int:
     table = _item(tables, options)
     for key, value in _pairs(options.settings).items():
         if key not in ("to", "by", "turn"):
-            raise InputError(f"scene move: unknown {key!r}{kinds.hint(key, ('to', 'by', 'turn'))}; valid: to, by, turn")
+            raise InputError(
+                f"scene move: unknown {key!r}{kinds.hint(key, ('to', 'by', 'turn'))}; valid: to, by, turn"
+            )
         if key == "turn":
             turn = kinds.number(value, "turn", "scene move:", -kinds.LARGEST_M, kinds.LARGEST_M)
             table["yaw_rad"] = table.get("yaw_rad", 0.0) + turn
@@ -153,7 +159,10 @@ def _check(options: argparse.Namespace) -> int:
     model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, _hard(scene), frame_s))
     found = check.penetrations(model, scene, rollout.with_things(model, fit.qpos))
     deep = [entry for entry in found if entry.depth_m.max() > LEAST_DEPTH_M]
-    print(f"\nkinematic motion, {len(fit.qpos)} frames: goes more than {1e3 * LEAST_DEPTH_M:.0f} mm into", end=" ")
+    print(
+        f"\nkinematic motion, {len(fit.qpos)} frames: goes more than {1e3 * LEAST_DEPTH_M:.0f} mm into",
+        end=" ",
+    )
     print("nothing" if not deep else f"{len(deep)} of {len(scene.items) + 1}")
     for entry in deep:
         worst = entry.deepest
@@ -183,7 +192,9 @@ def _suggest(options: argparse.Namespace) -> int:
     given = evidence.read(options.evidence)
     metric = options.height_m is not None or given.height_m is not None or given.joints_frame == "world"
     if not metric:
-        print("# the person's height is not given, and one camera can't tell a small person near from a tall one far:")
+        print(
+            "# the person's height is not given, and one camera can't tell small and near from tall and far:"
+        )
         print("# only seats can be found, not beams and steps under the feet; --height-m helps")
     fit = _fitted(options, scene, floating=metric)
     found = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
@@ -245,7 +256,8 @@ def _item(tables: dict[str, Any], options: argparse.Namespace) -> dict[str, Any]
         there = [item["name"] for item in tables["item"]]
         listed = ", ".join(there) or "none"
         raise InputError(
-            f"{options.file}: there is no thing {options.name!r}{kinds.hint(options.name, there)}; there: {listed}"
+            f"{options.file}: there is no thing {options.name!r}{kinds.hint(options.name, there)}; "
+            f"there: {listed}"
         )
     return found[0]
 

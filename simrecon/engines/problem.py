@@ -27,7 +27,7 @@ class Problem:
         model: body and scene, compiled from `mjcf`; mjcf: the text that is saved.
         clock: frames and steps. plan: settings. prior: on poses.
         interval_s: between the frames that the loss looks at, every `every`-th one.
-        qpos: (T, nq) kinematic fit, all other things that move at rest; qvel0: (nv,) its velocity at the first frame.
+        qpos: (T, nq) kinematic fit, other things that move at rest; qvel0: (nv,) velocity at the first frame.
         targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.

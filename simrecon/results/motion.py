@@ -177,7 +177,9 @@ def _replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str,
         torque[k] = now.actuator_force if k == 0 else _acting_torque(model, data, before)
         root_force = max(root_force, np.abs(now.qfrc_actuator[:ROOT_DOFS]).max())
         applied = max(applied, np.abs(now.qfrc_applied).max(), np.abs(now.xfrc_applied).max())
-    return _Trace(states, force, pressure, moment, slip, torque, float(root_force), float(applied), float(depth))
+    return _Trace(
+        states, force, pressure, moment, slip, torque, float(root_force), float(applied), float(depth)
+    )
 
 
 def _acting_torque(model: mujoco.MjModel, data: mujoco.MjData, before: Array) -> Array:
@@ -254,7 +256,7 @@ def _read_contacts(model: mujoco.MjModel, data: mujoco.MjData, part: IntArray, r
 
 
 def _velocity(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray, points_m: Array) -> Array:
-    """World velocity (c, 3) of points (c, 3) fixed to the bodies of geoms (c,); `cvel` is about the tree's centre."""
+    """World velocity (c, 3) of points (c, 3) fixed to the bodies of geoms (c,)."""
     bodies = model.geom_bodyid[geoms]
     turning, moving = data.cvel[bodies, :3], data.cvel[bodies, 3:]
     arm = points_m - data.subtree_com[model.body_rootid[bodies]]

@@ -195,7 +195,12 @@ class Painter:
         """Chequered ground of half-metre tiles that fades out; kept while the camera stands still."""
         places = self.data.geom_xpos[self.grounds]
         kept = self.plain
-        if kept is not None and kept[0] is view and camera is self.camera and np.allclose(kept[1], places, atol=1e-3):
+        if (
+            kept is not None
+            and kept[0] is view
+            and camera is self.camera
+            and np.allclose(kept[1], places, atol=1e-3)
+        ):
             return kept[2].copy()
         width, height = view.size
         image = np.full((height, width, 3), _SKY, np.uint8)
@@ -277,7 +282,9 @@ class Painter:
         return three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
 
 
-def three_quarter(low_m: Array, high_m: Array, facing_rad: float, elevation_rad: float = np.deg2rad(15)) -> Camera:
+def three_quarter(
+    low_m: Array, high_m: Array, facing_rad: float, elevation_rad: float = np.deg2rad(15)
+) -> Camera:
     """A camera 40° beside `facing_rad` and a little above that sees the whole box."""
     azimuth, elevation = facing_rad + np.deg2rad(40), elevation_rad
     towards = np.array(

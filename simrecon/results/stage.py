@@ -57,7 +57,7 @@ def upright() -> Body:
 
 
 def beside(scene: Scene, person: Body, gap_m: float = _ASIDE_M) -> Array:
-    """Configuration (1, nq) of a person who stands relaxed to the left of all things, before them in the picture."""
+    """Configuration (1, nq) of a person who stands relaxed on the left of all things."""
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, scene, _STEP_S))
     low, high = _bounds(model, mujoco.MjData(model), [_rest(model, person)])[1]
     qpos = _rest(model, person)[: 7 + 4 * len(person.skeleton.names[1:])]

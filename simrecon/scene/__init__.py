@@ -1,14 +1,14 @@
 """Floor and things of `scene.toml`: files, geometry, and the MJCF of a person among them.
 
-    kinds     what things there are, and their parameters (models/scene/kinds.toml)
-    files     scene.toml ↔ Scene
-    parts     a thing's solid shapes and sprung sheets; meshes: from files
-    geometry  heights and distances, for the kinematic fit
-    mjcf      person and scene for MuJoCo
+kinds     what things there are, and their parameters (models/scene/kinds.toml)
+files     scene.toml ↔ Scene
+parts     a thing's solid shapes and sprung sheets; meshes: from files
+geometry  heights and distances, for the kinematic fit
+mjcf      person and scene for MuJoCo
 """
 
 from simrecon.scene.files import FIT, dumps, item, parse, read, write
-from simrecon.scene.geometry import depths, distances, support_height
+from simrecon.scene.geometry import distances, support_height
 from simrecon.scene.mjcf import GROUND_GEOM, ITEM_PREFIX, build, owner
 
 __all__ = [
@@ -16,7 +16,6 @@ __all__ = [
     "GROUND_GEOM",
     "ITEM_PREFIX",
     "build",
-    "depths",
     "distances",
     "dumps",
     "item",

@@ -13,7 +13,11 @@ from simrecon.errors import InputError
 from simrecon.scene import kinds, meshes
 from simrecon.types import Friction, Ground, Scene, SceneItem, Value
 
-FRICTION_KEYS = {"friction": "sliding", "friction_torsional_m": "torsional_m", "friction_rolling_m": "rolling_m"}
+FRICTION_KEYS = {
+    "friction": "sliding",
+    "friction_torsional_m": "torsional_m",
+    "friction_rolling_m": "rolling_m",
+}
 GROUND_KEYS = (
     "height_m",
     *FRICTION_KEYS,
@@ -177,7 +181,9 @@ def _ground(table: Any, where: str) -> Ground:
             raise InputError(f"{where} stiffness_Npm needs damping_Nspm beside it, from 0 N·s/m up")
     if "damping_Nspm" in table:
         if not isinstance(stiffness, float):
-            raise InputError(f"{where} damping_Nspm needs a number stiffness_Npm beside it, found {stiffness!r}")
+            raise InputError(
+                f"{where} damping_Nspm needs a number stiffness_Npm beside it, found {stiffness!r}"
+            )
         damping = given("damping_Nspm", 0.0, DAMPING_MAX_NSPM)
     return Ground(
         given("height_m", -largest, largest),
@@ -191,7 +197,9 @@ def _ground(table: Any, where: str) -> Ground:
 
 def _friction(table: Mapping[str, Any], where: str) -> Friction:
     found = {
-        field: kinds.number(table[key], key, where, 0.0, FRICTION_MAX_M if key.endswith("_m") else FRICTION_MAX)
+        field: kinds.number(
+            table[key], key, where, 0.0, FRICTION_MAX_M if key.endswith("_m") else FRICTION_MAX
+        )
         for key, field in FRICTION_KEYS.items()
         if key in table
     }

@@ -48,8 +48,8 @@ def support_height(scene: Scene, xy_m: Array) -> Array:
 def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
     """Signed distance of points to the ground and to each thing at rest, negative inside, and its gradient.
 
-    Solid things count as reaching down without end: nothing gets under them. Outside of a hull, the distance is
-    that to its farthest face plane, and of a height field that to its slope, which are less near edges.
+    Solid things count as reaching down without end: nothing gets under them. Outside of a hull, the distance
+    is that to its farthest face plane, and of a height field that to its slope, which are less near edges.
 
     Args:
         scene: floor and things.
@@ -75,46 +75,32 @@ def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
     return np.stack(found), np.stack(normals)
 
 
-def depths(scene: Scene, points_m: Array) -> Array:
-    """How deep points (..., 3) are in each thing, (items, ...), m; zero outside, and under what has an underside."""
-    found = np.zeros((len(scene.items), *points_m.shape[:-1]))
-    for row, item in enumerate(scene.items):
-        cos, sin = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        local = (points_m - np.array(item.position_m)) @ turn
-        for part in _solid(item, scene.folder):
-            inside = local[..., 2] >= part.centre_m[2] - part.half_m[2]
-            apart, _ = _to_part(part, local - part.centre_m)
-            found[row] = np.maximum(found[row], np.where(inside, -apart, 0.0))
-    return found
-
-
 def _to_item(item: SceneItem, folder: str, turn: Array, points_m: Array) -> tuple[Array, Array]:
     """Distance (...) to the nearest part, and its gradient (..., 3) in the item's frame."""
     best, normal = np.full(points_m.shape[:-1], np.inf), np.zeros(points_m.shape)
     for part in _solid(item, folder):
         x, y, z = item.position_m
         dx, dy, dz = part.centre_m
-        centre = np.array([x + turn[0, 0] * dx + turn[0, 1] * dy, y + turn[1, 0] * dx + turn[1, 1] * dy, z + dz])
+        centre = np.array(
+            [x + turn[0, 0] * dx + turn[0, 1] * dy, y + turn[1, 0] * dx + turn[1, 1] * dy, z + dz]
+        )
         if part.deep:
             centre[2] = z + (dz + part.half_m[2])
         local = (points_m - centre) @ turn  # (..., 3) from the middle of its top, or of the part
-        apart, gradient = _to_part(part, local, from_top=part.deep)
+        apart, gradient = _to_part(part, local)
         nearer = apart < best
         best = np.where(nearer, apart, best)
         normal = np.where(nearer[..., None], gradient, normal)
     return best, normal
 
 
-def _to_part(part: Part, local_m: Array, from_top: bool = False) -> tuple[Array, Array]:
-    """Distance and gradient of points given from the part's centre, or from the middle of a deep part's top."""
+def _to_part(part: Part, local_m: Array) -> tuple[Array, Array]:
+    """Distance and gradient of points from the part's centre, or from the middle of a deep part's top."""
     if part.shape == "sphere":
         far = np.linalg.norm(local_m, axis=-1)
         return far - part.half_m[0], local_m / np.maximum(far, 1e-12)[..., None]
     if part.shape == "hull":
         return _to_hull(part, local_m)
-    if part.deep and not from_top:
-        local_m = local_m - [0.0, 0.0, part.half_m[2]]
     if part.shape == "field":
         return _to_field(part, local_m)
     return _to_box(part, local_m)
@@ -158,13 +144,15 @@ def _to_field(part: Part, local: Array) -> tuple[Array, Array]:
     i, j = cell[..., 1], cell[..., 0]
     a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
     surface = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d)
-    slope = np.stack((((1 - v) * (b - a) + v * (d - c)) / step[0], ((1 - u) * (c - a) + u * (d - b)) / step[1]))
+    slope = np.stack(
+        (((1 - v) * (b - a) + v * (d - c)) / step[0], ((1 - u) * (c - a) + u * (d - b)) / step[1])
+    )
     normal = np.stack((-slope[0], -slope[1], np.ones_like(u)), axis=-1)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
     over = (local[..., 2] - surface + 2 * part.half_m[2]) / length[..., 0]
     block = Part("", "box", part.centre_m, part.half_m, True)
     beside, sideways = _to_box(block, local)
-    out = (np.abs(local[..., :2]) > part.half_m[:2]).any(axis=-1)
+    out = np.asarray((np.abs(local[..., :2]) > part.half_m[:2]).any(axis=-1))
     return np.where(out, beside, over), np.where(out[..., None], sideways, normal / length)
 
 

@@ -78,7 +78,9 @@ def kind(name: str, where: str) -> Kind:
         InputError: there is none; the message lists those that are.
     """
     if name not in table():
-        raise InputError(f"{where} kind {name!r} is unknown{hint(name, table())}; valid: {', '.join(table())}")
+        raise InputError(
+            f"{where} kind {name!r} is unknown{hint(name, table())}; valid: {', '.join(table())}"
+        )
     return table()[name]
 
 
@@ -116,7 +118,11 @@ def value(given: Any, parameter: Parameter, where: str) -> Value:
     if parameter.type == "vector":
         return vector(given, name, where, parameter.low, parameter.high)
     if parameter.type == "count":
-        if isinstance(given, bool) or not isinstance(given, int) or not parameter.low <= given <= parameter.high:
+        if (
+            isinstance(given, bool)
+            or not isinstance(given, int)
+            or not parameter.low <= given <= parameter.high
+        ):
             rule = f"a whole number from {parameter.low:g} to {parameter.high:g}"
             raise InputError(f"{where} {name} must be {rule}, found {given!r}")
         return given

@@ -48,7 +48,9 @@ def path(item: SceneItem, folder: str, where: str) -> Path:
     root = Path(folder).resolve()
     found = (root / name).resolve()
     if not found.is_relative_to(root):
-        raise InputError(f"{where} file {name!r} is outside the scene's folder; valid: a file inside {folder}")
+        raise InputError(
+            f"{where} file {name!r} is outside the scene's folder; valid: a file inside {folder}"
+        )
     if not found.is_file():
         raise InputError(f"{where} file {name!r}: found no such file in {folder}")
     if found.suffix.lower() not in SUFFIXES:
@@ -72,8 +74,8 @@ def check(item: SceneItem, folder: str, where: str) -> None:
             )
         if not trimesh.Trimesh(vertices, faces, process=True).is_watertight:
             raise InputError(
-                f"{where} file {item.parameters['file']!r} is not watertight, so it has no inside to cut into "
-                f"parts; valid: a closed mesh, or the methods 'hull' and 'height'"
+                f"{where} file {item.parameters['file']!r} is not watertight, so it has no inside to cut "
+                f"into parts; valid: a closed mesh, or the methods 'hull' and 'height'"
             )
     try:
         ConvexHull(vertices)
@@ -149,11 +151,9 @@ def simplified(vertices: Array, faces: IntArray) -> tuple[Array, IntArray]:
     merged, kept = vertices, faces
     while len(kept) > MAX_TRIANGLES:
         keys = np.round(vertices / cell).astype(np.int64)
-        _, first, cluster = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        cluster = np.unique(keys, axis=0, return_inverse=True)[1]
         count = np.bincount(cluster.ravel())
-        merged = np.stack(
-            [np.bincount(cluster.ravel(), column) / count for column in vertices.T], axis=1
-        )  # (len(first), 3)
+        merged = np.stack([np.bincount(cluster.ravel(), column) / count for column in vertices.T], axis=1)
         kept = cluster.ravel()[faces]
         flat = (kept[:, 0] == kept[:, 1]) | (kept[:, 1] == kept[:, 2]) | (kept[:, 2] == kept[:, 0])
         kept = np.unique(kept[~flat], axis=0)
@@ -162,7 +162,7 @@ def simplified(vertices: Array, faces: IntArray) -> tuple[Array, IntArray]:
 
 
 def few(points: Array) -> Array:
-    """At most `HULL_VERTICES` points (V, 3) whose hull is nearly that of all: the farthest ones in directions."""
+    """At most `HULL_VERTICES` points (V, 3) whose hull is nearly that of all: the farthest ones."""
     hull = points[ConvexHull(points).vertices]
     if len(hull) <= HULL_VERTICES:
         return np.asarray(hull)

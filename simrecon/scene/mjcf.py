@@ -1,6 +1,7 @@
 """The MJCF of a person in a scene.
 
-Things come after the person, so the person's coordinates are the first of `qpos` and `qvel` (`rollout.person`).
+Things come after the person, so the person's coordinates are the first of `qpos` and `qvel`
+(`rollout.person`).
 """
 
 from __future__ import annotations
@@ -75,10 +76,10 @@ def spring_damping_Nspm(
     """Joint damping with which a simulated spring has the damping asked for.
 
     The `discrete` integrator takes spring and damper at the end of the step,
-    (m + h c' + h² k) v' = m v - h k q, which damps like h k more. A swing of load M and surface m decays per step
-    by sqrt((M + m) / (M + m + h c' + h² k)); that this is exp(-c h / 2 M), as in continuous time, gives c', which
-    may be negative. The surface alone is stable for 4 m + 2 h (c' + h k) > h² k; where what is asked for lies
-    under that, the damping is the least that is stable.
+    (m + h c' + h² k) v' = m v - h k q, which damps like h k more. A swing of load M and surface m decays per
+    step by sqrt((M + m) / (M + m + h c' + h² k)); that this is exp(-c h / 2 M), as in continuous time, gives
+    c', which may be negative. The surface alone is stable for 4 m + 2 h (c' + h k) > h² k; where what is asked
+    for lies under that, the damping is the least that is stable.
 
     Args:
         stiffness_Npm: k of the spring.
@@ -115,10 +116,10 @@ def _contact(friction: Friction) -> dict[str, Any]:
 
 
 def _hard(timestep_s: float) -> dict[str, Any]:
-    """Contact that settles in the shortest time that neither rings nor adds inertia: the spring is what gives way.
+    """Contact that settles as fast as it can without ringing or adding inertia: the spring gives way.
 
-    Measured with a block of 70 kg on 20 and 50 kN/m: at a time constant of one step its weight sank it 7 to 80
-    per cent too far, at five it rebounded 20 per cent too high.
+    Measured with a block of 70 kg on 20 and 50 kN/m: at a time constant of one step its weight sank it 7 to
+    80 per cent too far, at five it rebounded 20 per cent too high.
     """
     return {"solimp": _HARD_SOLIMP, "solref": [1.5 * timestep_s, 1.0]}
 
@@ -135,7 +136,7 @@ def _add_ground(spec: mujoco.MjSpec, ground: Ground, timestep_s: float, load_kg:
         raise InputError('[ground] stiffness_Npm = "fit" is found by `simrecon run`; give a number here')
     mass = slab_kg(ground, timestep_s)
     body = spec.worldbody.add_body(name=GROUND_GEOM, gravcomp=_GRAVITY_COMPENSATED, **pose)
-    stiffness, damping = ground.stiffness_Npm, ground.damping_Nspm or 0.0
+    stiffness, damping = float(ground.stiffness_Npm), ground.damping_Nspm or 0.0
     body.add_joint(
         name=GROUND_GEOM,
         type=mujoco.mjtJoint.mjJNT_SLIDE,
@@ -172,7 +173,10 @@ def _add_item(spec: mujoco.MjSpec, item: SceneItem, scene: Scene, timestep_s: fl
         host.add_freejoint(name=name)
     for part in solid:
         px, py, pz = (float(value) for value in _origin(part))
-        pose: dict[str, Any] = {"pos": [x + cos * px - sin * py, y + sin * px + cos * py, z + pz], "quat": quat}
+        pose: dict[str, Any] = {
+            "pos": [x + cos * px - sin * py, y + sin * px + cos * py, z + pz],
+            "quat": quat,
+        }
         if item.mass_kg is not None:
             pose = {"pos": [px, py, pz], "mass": item.mass_kg * part.volume_m3 / whole}
         label = f"{name}/{part.name}" if part.name else name
@@ -218,7 +222,7 @@ def _add_sheet(
     sheet: Sheet,
     timestep_s: float,
 ) -> None:
-    """Tiles that slide up and down, coupled by tendons; nothing but the person and movable things touches them."""
+    """Tiles that slide up and down, coupled by tendons; only the person and movable things touch them."""
     (nx, ny), half = sheet.tiles, [sheet.size_m[i] / sheet.tiles[i] / 2 for i in (0, 1)]
     deep = max(sheet.depth_m, 0.1)
     touch = _contact(item.friction) | {"contype": 0}

@@ -25,7 +25,7 @@ class Part:
         name: within its thing; empty where it is the only part.
         shape: `box`, `sphere`, `hull` (of vertices) or `field` (heights over a rectangle).
         centre_m: (3,) of the box, the sphere or the field's rectangle.
-        half_m: (3,) half sizes of the box or the field; the radius, three times, of a sphere; of a hull's bounds.
+        half_m: (3,) half sizes of the box or the field; of a sphere its radius, of a hull its bounds.
         deep: it counts as reaching down without end for the kinematic fit: nothing gets under it.
         vertices_m: (V, 3) of a hull; faces: (F, 3) of its triangles, counter-clockwise seen from outside.
         heights_m: (R, C) of a field over `centre_m[2] - half_m[2]`, rows along y, columns along x.
@@ -222,8 +222,13 @@ def _table(v: dict[str, Any]) -> list[_Made]:
 
 
 def _chair(v: dict[str, Any]) -> list[_Made]:
-    x, y, top, thick, leg = (v[key] for key in ("seat_depth_m", "seat_width_m", "seat_height_m", "seat_m", "leg_m"))
-    made = [_block("seat", (-x / 2, -y / 2, top - thick), (x / 2, y / 2, top)), *_legs(x, y, leg, top - thick)]
+    x, y, top, thick, leg = (
+        v[key] for key in ("seat_depth_m", "seat_width_m", "seat_height_m", "seat_m", "leg_m")
+    )
+    made = [
+        _block("seat", (-x / 2, -y / 2, top - thick), (x / 2, y / 2, top)),
+        *_legs(x, y, leg, top - thick),
+    ]
     if v["back"]:
         made.append(_block("back", (-x / 2 - thick, -y / 2, top), (-x / 2, y / 2, top + v["back_height_m"])))
     if v["arms"]:
@@ -293,7 +298,13 @@ def _hull(name: str, points_m: Array) -> Part:
     faces = np.where(outward[:, None], hull.simplices, hull.simplices[:, ::-1])
     low, high = points_m.min(axis=0), points_m.max(axis=0)
     return Part(
-        name, "hull", (low + high) / 2, (high - low) / 2, False, points_m[vertices], place[faces].astype(np.int64)
+        name,
+        "hull",
+        (low + high) / 2,
+        (high - low) / 2,
+        False,
+        points_m[vertices],
+        place[faces].astype(np.int64),
     )
 
 

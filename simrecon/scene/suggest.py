@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -147,7 +148,9 @@ def _together(spans: list[tuple[int, int]], motion: _Motion) -> list[list[tuple[
     return groups
 
 
-def _seat(motion: _Motion, scene: Scene, spans: list[tuple[int, int]], frames: NDArray[np.int64]) -> Suggestion:
+def _seat(
+    motion: _Motion, scene: Scene, spans: list[tuple[int, int]], frames: NDArray[np.int64]
+) -> Suggestion:
     top = float(np.median(motion.under_m[frames]))
     place = np.median(motion.pelvis_m[frames], axis=0)
     facing = motion.facing[frames].mean(axis=0)
@@ -215,10 +218,12 @@ def _bearing(stands: list[tuple[float, int, int, int]], motion: _Motion) -> list
 def _stand(
     motion: _Motion, scene: Scene, group: list[tuple[float, int, int, int]], seconds: float
 ) -> Suggestion:
-    prints = np.concatenate([np.median(motion.soles_m[side, a : b + 1], axis=0) for _, side, a, b in group])  # (4n, 3)
+    prints = np.concatenate(
+        [np.median(motion.soles_m[side, a : b + 1], axis=0) for _, side, a, b in group]
+    )  # (4n, 3)
     middles = prints.reshape(-1, 4, 3).mean(axis=1)[:, :2]
     centre = middles.mean(axis=0)
-    spread, axes = np.linalg.eigh(np.cov((prints[:, :2] - prints[:, :2].mean(axis=0)).T))
+    _, axes = np.linalg.eigh(np.cov((prints[:, :2] - prints[:, :2].mean(axis=0)).T))
     along = axes[:, 1] * (1.0 if axes[np.argmax(np.abs(axes[:, 1])), 1] > 0 else -1.0)
     across = np.array([-along[1], along[0]])
     reach, wide = (prints[:, :2] - centre) @ along, (middles - centre) @ across
@@ -229,7 +234,7 @@ def _stand(
     beam = length / max(drift, 0.05) > BEAM_ASPECT and drift < BEAM_WIDTH_MAX_M
     width = max(drift, 0.1) if beam else float(np.ptp((prints[:, :2] - centre) @ across)) + 2 * MARGIN_M
     place = centre + along * (reach.max() + reach.min()) / 2 + across * (wide.max() + wide.min()) / 2
-    table = {
+    table: dict[str, Any] = {
         "name": "beam" if beam else "step",
         "kind": "beam",
         "position_m": [round(float(place[0]), 3), round(float(place[1]), 3), round(floor, 3)],

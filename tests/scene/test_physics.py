@@ -221,7 +221,9 @@ def test_rolling_friction_stops_a_ball(rolling: float | None) -> None:
     assert data.geom("item/thing").xpos[0] - 5.0 == pytest.approx(1.0 - loss / 2, rel=0.05)
 
 
-@pytest.mark.parametrize("kind", ["ramp", "stairs", "table", "chair", "bed", "wall", "ball", "trampoline", "mat"])
+@pytest.mark.parametrize(
+    "kind", ["ramp", "stairs", "table", "chair", "bed", "wall", "ball", "trampoline", "mat"]
+)
 def test_support_and_distance_agree_with_the_simulator(kind: str, rng: np.random.Generator) -> None:
     """A ray from above hits what `support_height` says; `distances` is zero there."""
     item = SceneItem(**{**vars(thing(kind, yaw_rad=0.4)), "position_m": (0.3, -0.2, 0.1)})
