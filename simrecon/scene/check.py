@@ -87,8 +87,9 @@ def refuse_start(model: mujoco.MjModel, scene: Scene, qpos: Array) -> None:
         if found.name != mjcf.GROUND_GEOM and found.depth_m[0] > START_MAX_M:
             deep = 1e3 * float(found.depth_m[0])
             raise InputError(
-                f"scene: item {found.name!r} goes {deep:.0f} mm through the person "
-                f"({found.parts[0]}) at the first frame, more than {1e3 * START_MAX_M:.0f} mm: move it; `simrecon scene show` draws it"
+                f"scene: item {found.name!r} goes {deep:.0f} mm through the person ({found.parts[0]}) at "
+                f"the first frame, more than {1e3 * START_MAX_M:.0f} mm: move it; `simrecon scene show` "
+                f"draws it"
             )
 
 

@@ -78,8 +78,8 @@ def spring_damping_Nspm(
     The `discrete` integrator takes spring and damper at the end of the step,
     (m + h c' + h² k) v' = m v - h k q, which damps like h k more. A swing of load M and surface m decays per
     step by sqrt((M + m) / (M + m + h c' + h² k)); that this is exp(-c h / 2 M), as in continuous time, gives
-    c', which may be negative. The surface alone is stable for 4 m + 2 h (c' + h k) > h² k; where what is asked
-    for lies under that, the damping is the least that is stable.
+    c', which may be negative. The surface alone is stable for 4 m + 2 h (c' + h k) > h² k; where what is
+    asked for lies under that, the damping is the least that is stable.
 
     Args:
         stiffness_Npm: k of the spring.
