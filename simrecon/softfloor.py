@@ -30,7 +30,10 @@ Loss = Callable[[float, float], float]
 
 @dataclass(frozen=True)
 class Trial:
-    """One floor that was tried: what it was, and the mean loss of the windows on it."""
+    """One floor that was tried: what it was, and the loss on it, a geometric mean over windows.
+
+    A window that falls costs a thousand times more than one that does not, and would drown all others in a sum.
+    """
 
     stiffness_Npm: float
     damping_Nspm: float
@@ -44,11 +47,13 @@ class Calibration:
     Attributes:
         ground: with the best stiffness and damping.
         trials: all that were tried, in order: the loss curve.
+        motion: the best, to start from.
         at_bound: the stiffness found lies at an end of the range, so the clip only bounds it.
     """
 
     ground: Ground
     trials: tuple[Trial, ...]
+    motion: Motion
     at_bound: bool
 
 
@@ -95,7 +100,9 @@ def calibrate(
             start=best[-1] if best else None,
         )
         whole = bool((made.motion.status == 0).all())
-        mean = sum(window.loss for window in made.windows) / len(made.windows) if whole else math.inf
+        mean = (
+            math.exp(sum(math.log(w.loss) for w in made.windows) / len(made.windows)) if whole else math.inf
+        )
         trials.append(Trial(stiffness, float(ground.damping_Nspm or 0.0), mean))
         if mean < lowest:
             lowest = mean
@@ -103,17 +110,19 @@ def calibrate(
         return mean
 
     trials: list[Trial] = []
-    stiffness, ratio = search(loss)
+    search(loss)
     report("soft floor", float(total), float(total))
     if not best:
         raise SimreconError("soft floor: no floor between 3 and 300 kN/m could be simulated to the end")
+    found = min(trials, key=lambda trial: trial.loss)
+    ground = replace(scene.ground, stiffness_Npm=found.stiffness_Npm, damping_Nspm=found.damping_Nspm)
     span = math.log(STIFFNESS_NPM[1] / STIFFNESS_NPM[0])
-    edge = min(abs(math.log(stiffness / end)) for end in STIFFNESS_NPM) / span
-    return Calibration(_ground(scene.ground, stiffness, ratio, mass_kg), tuple(trials), edge < 0.03)
+    edge = min(abs(math.log(found.stiffness_Npm / end)) for end in STIFFNESS_NPM) / span
+    return Calibration(ground, tuple(trials), best[-1], edge < 0.03)
 
 
 def search(loss: Loss) -> tuple[float, float]:
-    """Stiffness, N/m, and damping ratio of the least loss that was seen."""
+    """Stiffness, N/m, at the usual damping, and the damping ratio at it, of the least losses that were seen."""
     low, high = (math.log(value) for value in STIFFNESS_NPM)
     stiffness = math.exp(golden(lambda x: loss(math.exp(x), USUAL_RATIO), low, high, STIFFNESS_TRIALS))
     low, high = (math.log(value) for value in DAMPING_RATIO)

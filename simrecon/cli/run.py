@@ -90,7 +90,7 @@ def _make(options: argparse.Namespace, given: Evidence, things: Scene, start: Mo
         how: dict[str, Any] = {"seed": options.seed, "threads": options.threads, "report": stages}
         if things.ground.stiffness_Npm == scene.FIT:
             found = softfloor.calibrate(given, things, settings, **how)
-            things = replace(things, ground=found.ground)
+            things, start = replace(things, ground=found.ground), found.motion
         made = reconstruct.reconstruct(given, things, settings, start=start, **how)
     said = results.write(
         options.output,

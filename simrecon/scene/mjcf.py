@@ -246,7 +246,7 @@ def _add_sheet(
                 stiffness=np.array([spring, 0, 0]),
                 damping=np.array([ratio * spring, 0, 0]),
             )
-            thin = 0.02
+            shown = 0.02 if any(sheet.tension_Npm) else sheet.depth_m
             body.add_geom(
                 name=label,
                 type=_GEOM.mjGEOM_BOX,
@@ -260,8 +260,8 @@ def _add_sheet(
             body.add_geom(
                 name=f"{label}/top",
                 type=_GEOM.mjGEOM_BOX,
-                pos=[0.0, 0.0, -thin / 2],
-                size=[*half, thin / 2],
+                pos=[0.0, 0.0, -shown / 2],
+                size=[*half, shown / 2],
                 mass=0.0,
                 contype=0,
                 conaffinity=0,

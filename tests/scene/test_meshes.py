@@ -49,7 +49,7 @@ def hollow() -> trimesh.Trimesh:
     from_above = [(-0.5, 0), (-0.5, 0.5), (0.5, 0.5), (0.5, 0), (0.4, 0), (0.4, 0.4), (-0.4, 0.4), (-0.4, 0)]
     x, z = np.array(from_above).T
     front = np.stack((x, np.full(8, -0.5), z), axis=1)
-    corners = np.concatenate((front, front + [0, 1, 0]))
+    corners = np.concatenate((front, front + np.array([0, 1, 0])))
     caps = [(0, 7, 6), (0, 6, 1), (1, 6, 5), (1, 5, 2), (2, 5, 4), (2, 4, 3)]
     sides = [(i, (i + 1) % 8) for i in range(8)]
     faces = [*caps, *[(c + 8, b + 8, a + 8) for a, b, c in caps]]
@@ -95,7 +95,7 @@ def test_a_height_field_follows_the_surface(tmp_path: Path) -> None:
     np.testing.assert_allclose(scenes.support_height(scene, np.array(xy)), expected, atol=0.01)
     on = np.array([[x, y, z] for (x, y), z in zip(xy, expected, strict=True)])
     np.testing.assert_allclose(scenes.distances(scene, on)[0][1], 0.0, atol=0.01)
-    np.testing.assert_allclose(scenes.distances(scene, on + [0, 0, 0.05])[0][1], 0.05, atol=0.015)
+    np.testing.assert_allclose(scenes.distances(scene, on + np.array([0, 0, 0.05]))[0][1], 0.05, atol=0.015)
 
 
 @NEEDS_COACD
