@@ -32,7 +32,7 @@ Loss = Callable[[float, float], float]
 class Trial:
     """One floor that was tried: what it was, and the loss on it, a geometric mean over windows.
 
-    A window that falls costs a thousand times more than one that does not, and would drown all others in a sum.
+    A window that falls costs a thousand times more than one that does not: it would drown all others.
     """
 
     stiffness_Npm: float
@@ -100,9 +100,8 @@ def calibrate(
             start=best[-1] if best else None,
         )
         whole = bool((made.motion.status == 0).all())
-        mean = (
-            math.exp(sum(math.log(w.loss) for w in made.windows) / len(made.windows)) if whole else math.inf
-        )
+        logs = [math.log(window.loss) for window in made.windows]
+        mean = math.exp(sum(logs) / len(logs)) if whole else math.inf
         trials.append(Trial(stiffness, float(ground.damping_Nspm or 0.0), mean))
         if mean < lowest:
             lowest = mean
@@ -122,7 +121,7 @@ def calibrate(
 
 
 def search(loss: Loss) -> tuple[float, float]:
-    """Stiffness, N/m, at the usual damping, and the damping ratio at it, of the least losses that were seen."""
+    """Stiffness, N/m, at the usual damping, then the damping ratio at it, of the least loss seen."""
     low, high = (math.log(value) for value in STIFFNESS_NPM)
     stiffness = math.exp(golden(lambda x: loss(math.exp(x), USUAL_RATIO), low, high, STIFFNESS_TRIALS))
     low, high = (math.log(value) for value in DAMPING_RATIO)

@@ -217,7 +217,7 @@ def test_a_fitted_floor_is_used_and_reported(
     trials = (softfloor.Trial(1e4, 200.0, 5.0), softfloor.Trial(2e4, 300.0, 4.0))
     ground = Ground(stiffness_Npm=2e4, damping_Nspm=300.0)
 
-    def calibrated(given: Evidence, things: Scene, *_: object, **__: object) -> softfloor.Calibration:
+    def calibrated(_: Evidence, things: Scene, *__: object, **___: object) -> softfloor.Calibration:
         assert things.ground.stiffness_Npm == "fit"
         return softfloor.Calibration(ground, trials, motion, False)
 

@@ -2,8 +2,8 @@
 
     python tools/bench_softfloor.py [--stiffness 15000] [--ratio 0.3] [--plan quick] [--height 0.15]
 
-A person with bent knees is dropped from a small height on a compliant floor, with motors that hold the pose; what
-a perfect 3D estimate would see of that is the evidence. Prints every trial and what was found.
+A person with bent knees is dropped from a small height on a compliant floor, with motors that hold the pose;
+what a perfect 3D estimate would see of that is the evidence. Prints every trial and what was found.
 """
 
 from __future__ import annotations
@@ -71,9 +71,8 @@ def main() -> None:
     found = softfloor.calibrate(evidence, scene, plans.read(options.plan), threads=2)
     print(f"truth      {options.stiffness:8.0f} N/m {damping:7.0f} N s/m")
     for trial in found.trials:
-        print(
-            f"           {trial.stiffness_Npm:8.0f} N/m {trial.damping_Nspm:7.0f} N s/m   loss {trial.loss:.1f}"
-        )
+        said = f"{trial.stiffness_Npm:8.0f} N/m {trial.damping_Nspm:7.0f} N s/m"
+        print(f"           {said}   loss {trial.loss:.1f}")
     print(f"found      {found.ground.stiffness_Npm:8.0f} N/m {found.ground.damping_Nspm:7.0f} N s/m")
 
 

@@ -8,7 +8,7 @@ mjcf      person and scene for MuJoCo
 """
 
 from simrecon.scene.files import FIT, dumps, item, parse, read, write
-from simrecon.scene.geometry import distances, support_height
+from simrecon.scene.geometry import distances, nearby, support_height
 from simrecon.scene.mjcf import GROUND_GEOM, ITEM_PREFIX, build, owner
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "distances",
     "dumps",
     "item",
+    "nearby",
     "owner",
     "parse",
     "read",

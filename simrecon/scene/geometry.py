@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -14,6 +15,8 @@ from simrecon.types import Array, Ground, Scene, SceneItem
 
 # Beyond this distance from the bounds of a hull, the distance to its bounding sphere is good enough.
 _NEAR_M = 0.3
+# Things farther than this from all of the body, seen from above, don't matter to it.
+_REACH_M = 0.5
 
 
 def ground_height(ground: Ground, xy_m: Array) -> Array:
@@ -43,6 +46,43 @@ def support_height(scene: Scene, xy_m: Array) -> Array:
             top = _top(part, local - part.centre_m[:2])  # (...) over the item's origin, -inf beside it
             height = np.maximum(height, item.position_m[2] + top)
     return height
+
+
+def nearby(scene: Scene, points_m: Array) -> tuple[Array, Array]:
+    """`distances` for a body, infinite where it is not within half a metre of a thing, seen from above.
+
+    Args:
+        scene: floor and things.
+        points_m: (G, T, 3) points of the body.
+
+    Returns:
+        (1 + S, G, T) distances and (1 + S, G, T, 3) gradients for the S things that are near in some frame.
+    """
+    ground = replace(scene, items=())
+    apart, normals = distances(ground, points_m)
+    if not scene.items:
+        return apart, normals
+    low, high = points_m.min(axis=0)[:, None, :2], points_m.max(axis=0)[:, None, :2]  # (T, 1, 2)
+    circles = np.array([_circle(item, scene.folder) for item in scene.items])  # (items, 3)
+    beyond = np.maximum(np.maximum(low - circles[:, :2], circles[:, :2] - high), 0.0)  # (T, items, 2)
+    close = np.linalg.norm(beyond, axis=-1) - circles[:, 2] < _REACH_M  # (T, items)
+    found, slopes = [apart[0]], [normals[0]]
+    for item, frames in zip(scene.items, close.T, strict=True):
+        if frames.any():
+            far, flat = np.full(points_m.shape[:2], np.inf), np.zeros(points_m.shape)
+            alone = replace(scene, items=(item,))
+            here = points_m if frames.all() else points_m[:, frames]
+            distance, slope = distances(alone, here)
+            far[:, frames], flat[:, frames] = distance[1], slope[1]
+            found.append(far)
+            slopes.append(flat)
+    return np.stack(found), np.stack(slopes)
+
+
+def _circle(item: SceneItem, folder: str) -> tuple[float, float, float]:
+    """Centre and radius of a circle around a thing, seen from above."""
+    reach = max(_reach(part) for part in _solid(item, folder))
+    return item.position_m[0], item.position_m[1], reach
 
 
 def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
@@ -88,6 +128,9 @@ def _to_item(item: SceneItem, folder: str, turn: Array, points_m: Array) -> tupl
             centre[2] = z + (dz + part.half_m[2])
         local = (points_m - centre) @ turn  # (..., 3) from the middle of its top, or of the part
         apart, gradient = _to_part(part, local)
+        if not np.isfinite(best).any():  # the first part
+            best, normal = apart, gradient
+            continue
         nearer = apart < best
         best = np.where(nearer, apart, best)
         normal = np.where(nearer[..., None], gradient, normal)
@@ -182,6 +225,12 @@ def _top(part: Part, local_xy: Array) -> Array:
     low = np.max(np.where(rising < -1e-9, height, -np.inf), axis=-1)
     beside = (np.where(np.abs(rising) <= 1e-9, level, -np.inf) > 0).any(axis=-1)
     return np.where((high >= low) & ~beside, middle + high, -np.inf)
+
+
+@functools.lru_cache(maxsize=1024)
+def _reach(part: Part) -> float:
+    """Greatest distance of a part from the item's own z axis."""
+    return float(np.linalg.norm(np.abs(part.centre_m[:2]) + part.half_m[:2]))
 
 
 @functools.lru_cache(maxsize=256)

@@ -296,3 +296,28 @@ def test_distances_have_their_gradients(rng: np.random.Generator) -> None:
         shift = step * np.eye(3)[axis]
         change = scenes.distances(BLOCK, points + shift)[0] - scenes.distances(BLOCK, points - shift)[0]
         np.testing.assert_allclose(change / (2 * step), gradient[..., axis], atol=1e-5)
+
+
+def test_far_frames_of_things_are_left_out() -> None:
+    things = (
+        block("a", (0, 0, 0), (1, 1, 1)),
+        block("b", (5, 0, 3), (1, 1, 1)),
+        block("c", (9, 0, 0), (1, 1, 1)),
+    )
+    scene = Scene(items=things)
+    body = np.array([[[0.0, 0.0, 1.0], [3.5, 0.0, 1.0]], [[0.3, 0.2, 1.5], [3.4, 0.3, 0.0]]])  # (G, T, 3)
+    apart, normals = scenes.nearby(scene, body)
+    exact, slopes = scenes.distances(scene, body)
+    assert apart.shape == (3, 2, 2)
+    np.testing.assert_array_equal(apart[0], exact[0])
+    np.testing.assert_array_equal(apart[1, :, 0], exact[1, :, 0])
+    np.testing.assert_array_equal(apart[2, :, 1], exact[2, :, 1])
+    np.testing.assert_array_equal(normals[2, :, 1], slopes[2, :, 1])
+    assert np.isinf(apart[1, :, 1]).all()
+    assert np.isinf(apart[2, :, 0]).all()
+    for found, expected in zip(
+        scenes.nearby(scenes.parse(TEXT), body[:, :1]),
+        scenes.distances(scenes.parse(TEXT), body[:, :1]),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(found, expected)
