@@ -305,7 +305,7 @@ def test_far_frames_of_things_are_left_out() -> None:
         block("c", (9, 0, 0), (1, 1, 1)),
     )
     scene = Scene(items=things)
-    body = np.array([[[0.0, 0.0, 1.0], [3.5, 0.0, 1.0]], [[0.3, 0.2, 1.5], [3.4, 0.3, 0.0]]])  # (G, T, 3)
+    body = np.array([[[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]], [[0.3, 0.2, 1.5], [3.9, 0.3, 0.0]]])  # (G, T, 3)
     apart, normals = scenes.nearby(scene, body)
     exact, slopes = scenes.distances(scene, body)
     assert apart.shape == (3, 2, 2)
