@@ -10,6 +10,10 @@ import numpy as np
 from simrecon import rotations
 from simrecon.types import Array
 
+LIMIT_SCALE_RAD = 0.1
+"""Excess at which the penalty of L_lim is e - 1. The paper says exponential and gives no constant."""
+LIMIT_EXCESS_MAX_RAD = 3.0
+
 
 def com_position(com_m: Array, target_m: Array) -> Array:
     """Σ_t ‖c_t - c_t^k‖² (eq. 1, first part); (..., F, 3) and (F, 3), m²."""
@@ -42,12 +46,17 @@ def reprojection(points_m: Array, rays: Array, scores: Array, world_to_camera: A
         scores: (F, M), zero where not seen.
         world_to_camera: (4, 4) or (F, 4, 4).
     """
-    rotation, translation = world_to_camera[..., :3, :3], world_to_camera[..., :3, 3]
-    xyz = points_m @ np.swapaxes(rotation, -1, -2) + translation[..., None, :]  # (..., F, M, 3)
-    image = xyz[..., :2] / np.maximum(xyz[..., 2:], 0.1)
-    distance = np.sqrt(np.sum((image - rays) ** 2, axis=-1))
+    distance = np.sqrt(np.sum((image_plane(points_m, world_to_camera) - rays) ** 2, axis=-1))
     loss: Array = np.sum(scores * distance, axis=(-2, -1))
     return loss
+
+
+def image_plane(points_m: Array, world_to_camera: Array) -> Array:
+    """Ideal image x/z, y/z (..., F, M, 2) of points (..., F, M, 3)."""
+    rotation, translation = world_to_camera[..., :3, :3], world_to_camera[..., :3, 3]
+    xyz = points_m @ np.swapaxes(rotation, -1, -2) + translation[..., None, :]  # (..., F, M, 3)
+    image: Array = xyz[..., :2] / np.maximum(xyz[..., 2:], 0.1)
+    return image
 
 
 def prior(latent: Array) -> Array:
@@ -63,17 +72,28 @@ def total_variation(joints_m: Array) -> Array:
     return loss
 
 
-def joint_limit(rotvecs: Array, limits_rad: Array, scale_rad: float = 0.1) -> Array:
+def joint_limit(rotvecs: Array, limits_rad: Array) -> Array:
     """L_lim: Σ_t Σ exp(excess / scale) - 1 over joint components outside their range.
 
     Args:
         rotvecs: (..., F, 16, 3).
         limits_rad: (16, 3, 2).
-        scale_rad: excess at which the penalty is e - 1. The paper says exponential and gives no constant.
     """
-    excess = np.maximum(rotvecs - limits_rad[..., 1], limits_rad[..., 0] - rotvecs)
-    loss: Array = np.sum(np.expm1(np.clip(excess, 0.0, 3.0) / scale_rad), axis=(-3, -2, -1))
+    excess = limit_excess(rotvecs, limits_rad)
+    loss: Array = np.sum(np.expm1(excess / LIMIT_SCALE_RAD), axis=(-3, -2, -1))
     return loss
+
+
+def joint_limit_slope(excess: Array) -> Array:
+    """Derivative of the penalty of one component with respect to its excess."""
+    slope: Array = np.exp(excess / LIMIT_SCALE_RAD) / LIMIT_SCALE_RAD
+    return slope
+
+
+def limit_excess(rotvecs: Array, limits_rad: Array) -> Array:
+    """How far each component is outside its range, (..., F, 16, 3), rad; zero within."""
+    excess = np.maximum(rotvecs - limits_rad[..., 1], limits_rad[..., 0] - rotvecs)
+    return np.clip(excess, 0.0, LIMIT_EXCESS_MAX_RAD)
 
 
 def landmark(points_m: Array, targets_m: Array) -> Array:

@@ -70,7 +70,7 @@ class Simulator:
 
     def __init__(self, model: mujoco.MjModel, population: int, threads: int = 0) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
-        self.model, self.person = model, person(model)
+        self.model, self.person, self.population = model, person(model), population
         self.batch = mujoco.batch.Batch(model, population, threads)
         self.seconds = 0.0
         self.steps = 0

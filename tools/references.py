@@ -2,8 +2,8 @@
 
     fit = references.read(data / "mocap" / "deepmimic", "walk")
 
-The file's axes are x forward, y up, z right, and its arms hang in the zero pose; a frame holds dt, the root's position,
-and the rotations of root, chest, neck and, right side first, hip, knee, ankle, shoulder, elbow.
+The file's axes are x forward, y up, z right, and its arms hang in the zero pose; a frame holds dt, the root's
+position, and the rotations of root, chest, neck and, right side first, hip, knee, ankle, shoulder, elbow.
 """
 
 from __future__ import annotations
@@ -24,7 +24,12 @@ FLOOR_PERCENTILE = 5.0
 """Of the lowest point of each frame: feet of one body on the legs of another do not all meet the floor."""
 
 _TO_WORLD = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-_SEGMENTS = ("root", "chest", "neck", *(f"{s}_{j}" for s in ("right", "left") for j in ("hip", "knee", "ankle", "shoulder", "elbow")))
+_SEGMENTS = (
+    "root",
+    "chest",
+    "neck",
+    *(f"{s}_{j}" for s in ("right", "left") for j in ("hip", "knee", "ankle", "shoulder", "elbow")),
+)
 _HINGES = ("knee", "elbow")
 
 
@@ -56,7 +61,7 @@ def read(folder: Path, clip: str) -> KinematicFit:
 
 
 def _frames(frames: list[list[float]]) -> tuple[Array, Array, dict[str, Array]]:
-    """Times (T,), root (T, 3) in the world, and local rotations (T, 4) by segment, still in the file's axes."""
+    """Times (T,), root (T, 3) in the world, local rotations (T, 4) by segment, still in the file's axes."""
     values = np.array(frames)
     times_s = np.concatenate(([0.0], np.cumsum(values[:-1, 0])))
     local, column = {}, 4
@@ -65,7 +70,9 @@ def _frames(frames: list[list[float]]) -> tuple[Array, Array, dict[str, Array]]:
             local[name] = rotations.exp(values[:, column, None] * np.array([0.0, 0.0, 1.0]))
             column += 1
         else:
-            local[name] = values[:, column : column + 4] / np.linalg.norm(values[:, column : column + 4], axis=1, keepdims=True)
+            local[name] = values[:, column : column + 4] / np.linalg.norm(
+                values[:, column : column + 4], axis=1, keepdims=True
+            )
             column += 4
     return times_s, values[:, 1:4] @ _TO_WORLD.T, local
 
@@ -91,7 +98,10 @@ def _rotations(skeleton: Skeleton, local: dict[str, Array]) -> Array:
     """Root and joint quaternions (T, 17, 4), joints counted from our rest pose."""
     count = len(local["root"])
     turn = _quaternion(_TO_WORLD)
-    found = {name: rotations.multiply(rotations.multiply(turn, q), rotations.conjugate(turn)) for name, q in local.items()}
+    found = {
+        name: rotations.multiply(rotations.multiply(turn, q), rotations.conjugate(turn))
+        for name, q in local.items()
+    }
     identity = np.tile([1.0, 0, 0, 0], (count, 1))
     half = rotations.slerp(identity, found["chest"], np.full(count, 0.5))
     ours = {"pelvis": found["root"], "spine": half, "chest": half, "neck": found["neck"]}
@@ -99,9 +109,14 @@ def _rotations(skeleton: Skeleton, local: dict[str, Array]) -> Array:
         ours |= {f"{side}_{name}": found[f"{side}_{name}"] for name in ("hip", "knee", "ankle")}
         hang = np.tile(rotations.exp(np.array([sign * np.pi / 2, 0.0, 0.0])), (count, 1))
         ours[f"{side}_shoulder"] = rotations.multiply(found[f"{side}_shoulder"], hang)
-        ours[f"{side}_elbow"] = rotations.multiply(rotations.multiply(rotations.conjugate(hang), found[f"{side}_elbow"]), hang)
+        ours[f"{side}_elbow"] = rotations.multiply(
+            rotations.multiply(rotations.conjugate(hang), found[f"{side}_elbow"]), hang
+        )
     rest = rotations.conjugate(skeleton.rest)
-    stack = [rotations.multiply(np.tile(rest[i], (count, 1)), ours.get(name, identity)) for i, name in enumerate(skeleton.names)]
+    stack = [
+        rotations.multiply(np.tile(rest[i], (count, 1)), ours.get(name, identity))
+        for i, name in enumerate(skeleton.names)
+    ]
     return rotations.canonical(np.stack(stack, axis=1))
 
 

@@ -17,7 +17,7 @@ AXES = "xyz"
 def make(skeleton: Skeleton, primitives: tuple[Primitive, ...], mass_kg: float) -> str:
     """MJCF text of the person alone.
 
-    Every joint is a ball joint at the centre of its range, limited by the cone that holds the range, with one
+    Every joint is a ball joint at the centre of its range, limited by the cone that holds its range, with one
     PD motor per component of its rotation vector. The root is free and nothing drives it.
     """
     spec = mujoco.MjSpec()
@@ -50,7 +50,7 @@ def _add_segments(
     for i, name in enumerate(skeleton.names[1:], start=1):
         parent = bodies[skeleton.names[skeleton.parents[i]]]
         body = parent.add_body(name=name, pos=skeleton.offsets_m[i], quat=skeleton.rest[i])
-        cone = float(np.abs(skeleton.limits_rad[i - 1]).max())
+        cone = float(np.linalg.norm(np.abs(skeleton.limits_rad[i - 1]).max(axis=-1)))
         body.add_joint(
             name=name,
             type=mujoco.mjtJoint.mjJNT_BALL,

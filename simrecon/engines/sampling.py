@@ -2,7 +2,8 @@
 
 Per window: minimise the loss of a rollout over the knots of cubic B-splines that are added to the kinematic
 control targets, by CMA-ES. Every sample is a whole rollout, so contacts, torque limits and falls are the
-simulator's own.
+simulator's own. A few Gauss-Newton steps on rollouts (`descent`) come before, and give the samples their
+shape.
 """
 
 from __future__ import annotations
@@ -13,10 +14,16 @@ import numpy as np
 
 from simrecon import rollout, splines
 from simrecon.cmaes import CMAES
+from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
 from simrecon.rollout import Simulator
-from simrecon.types import Handover, Window, WindowResult, WindowStatus
+from simrecon.types import Array, Handover, Window, WindowResult, WindowStatus
+
+# The first window has no warm start: descents there are this many times longer.
+FIRST_WINDOW = 2
+# Generations over which the best loss is looked at, to tell whether it is at rest.
+PATIENCE = 10
 
 
 def start(problem: Problem) -> Handover:
@@ -27,7 +34,7 @@ def start(problem: Problem) -> Handover:
 
 
 class Sampler:
-    """CMA-ES over rollouts; one instance serves all windows of a clip."""
+    """Gauss-Newton steps and then CMA-ES, both over rollouts; one instance serves all windows of a clip."""
 
     def __init__(self, problem: Problem, threads: int = 0) -> None:
         """Make room for the plan's population."""
@@ -45,49 +52,80 @@ class Sampler:
         began, stepping = time.perf_counter(), self.simulator.seconds
         plan = self.problem.plan.optimiser
         task = Task(self.problem, window, handover)
-        mean = task.warm_start()
-        es = CMAES(
-            mean,
-            plan.sigma_rad,
-            scales=task.deviations() / plan.sigma_rad,
-            population=plan.population,
-            covariance=plan.covariance,  # type: ignore[arg-type]
-            bounds=task.bounds(),
-            rng=rng,
-        )
-        trace, status = [], WindowStatus.GENERATIONS
-        best, best_x, best_terms = np.inf, mean, dict[str, float]()
-        for generation in range(plan.generations):
-            samples = es.ask()
-            if generation == 0:
-                samples[0] = mean
-            terms, finite = task.evaluate(self.simulator, samples)
-            total = np.where(finite, sum(terms.values()), np.inf)
-            es.tell(samples, total)
-            lowest = int(np.argmin(total))
-            if total[lowest] < best:
-                best, best_x = float(total[lowest]), samples[lowest].copy()
-                best_terms = {name: float(value[lowest]) for name, value in terms.items()}
-            trace.append(best)
-            if es.converged(plan.tol_loss * best, plan.tol_sigma * plan.sigma_rad):
+        descent = Descent.begin(task, self.simulator)
+        trace = [descent.loss]
+        for _ in range(plan.descent_steps * (1 if window.index else FIRST_WINDOW)):
+            descent.step()
+            trace.append(descent.loss)
+        search = _Search(descent, rng)
+        status = WindowStatus.GENERATIONS
+        for _ in range(plan.generations):
+            search.generation()
+            trace.append(search.loss)
+            if search.at_rest(trace[-PATIENCE - 1 :]):
                 status = WindowStatus.CONVERGED
                 break
         # The mean averages out the sampling noise of coordinates that have not converged.
-        terms, finite = task.evaluate(self.simulator, es.mean[None])
-        loss = sum(float(value[0]) for value in terms.values()) if finite[0] else np.inf
-        if loss < best:
-            best, best_x = loss, es.mean.copy()
-            best_terms = {name: float(value[0]) for name, value in terms.items()}
-            trace[-1] = best
-        if not np.isfinite(best):
+        search.consider(search.es.mean[None])
+        trace[-1] = search.loss
+        if not np.isfinite(search.loss):
             status = WindowStatus.FAILED
         return task.commit(
-            best_x,
-            loss=best,
-            loss_terms=best_terms,
+            search.x,
+            loss=search.loss,
+            loss_terms=search.terms,
             trace=np.array(trace),
-            evaluations=es.evaluations + 1,
+            evaluations=round(descent.evaluations) + search.es.evaluations + 1,
             seconds=time.perf_counter() - began,
             stepping_s=self.simulator.seconds - stepping,
             status=status,
         )
+
+
+class _Search:
+    """CMA-ES around the end of a descent, in coordinates in which the loss is round there.
+
+    Unknowns are x = x0 + R z with the symmetric root R of a covariance that comes from the curvature of the
+    loss (`Quadratic.root_covariance`), so that sigma = 1 and a diagonal covariance of z begin well. Without a
+    descent R holds the plan's deviations.
+    """
+
+    def __init__(self, descent: Descent, rng: np.random.Generator) -> None:
+        task, plan = descent.task, descent.task.problem.plan.optimiser
+        self.task, self.simulator, self.tolerance = task, descent.simulator, plan.tol_loss
+        self.tol_sigma = plan.tol_sigma
+        self.x, self.loss, self.terms = descent.x, descent.loss, descent.terms
+        self._origin, self._scale, self._root = descent.x, task.deviations(), None
+        if descent.quadratic is not None:
+            self._root = descent.quadratic.root_covariance(plan.spread * descent.loss, 1.0)
+        self._low, self._high = task.bounds().T
+        self.es = CMAES(
+            np.zeros(len(descent.x)),
+            1.0,
+            population=plan.population,
+            covariance=plan.covariance,  # type: ignore[arg-type]
+            rng=rng,
+        )
+
+    def generation(self) -> None:
+        """Sample, simulate, learn."""
+        samples = self.es.ask()
+        self.es.tell(samples, self.consider(samples))
+
+    def consider(self, samples: Array) -> Array:
+        """Losses (P,) of samples z (P, n); the best one is kept if nothing before was better."""
+        moves = samples if self._root is None else samples @ self._root
+        x = np.clip(self._origin + moves * self._scale, self._low, self._high)
+        terms, finite = self.task.evaluate(self.simulator, x)
+        total: Array = np.where(finite, sum(terms.values()), np.inf)
+        lowest = int(np.argmin(total))
+        if total[lowest] < self.loss:
+            self.loss, self.x = float(total[lowest]), x[lowest].copy()
+            self.terms = {name: float(value[lowest]) for name, value in terms.items()}
+        return total
+
+    def at_rest(self, recent: list[float]) -> bool:
+        """Whether the best loss has come to rest over the last `PATIENCE` generations, or the step size."""
+        if self.es.sigma <= self.tol_sigma:
+            return True
+        return len(recent) > PATIENCE and recent[0] - recent[-1] <= self.tolerance * recent[-1]

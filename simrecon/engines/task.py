@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon import losses, rollout, splines
+from simrecon import losses, rollout, rotations, splines
 from simrecon.engines.problem import Problem
+from simrecon.gauss_newton import Term
 from simrecon.rollout import Rollouts, Simulator
 from simrecon.types import Array, Handover, IntArray, Window, WindowResult
 
@@ -29,7 +30,7 @@ class _Targets:
 
 
 class Task:
-    """One window. Unknowns x (n,): knots (Q, nu), then (first window) pose and velocity offsets (nv,) each.
+    """One window. Unknowns x (n,): knots (Q, nu), then in the first one offsets of pose and velocity.
 
     Attributes:
         window: which part of the clip.
@@ -59,7 +60,7 @@ class Task:
         )
         optimiser = problem.plan.optimiser
         free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
-        self._free = 2 * problem.model.nv if free else 0
+        self._free = 2 * rollout.person(problem.model).nv if free else 0
 
     def warm_start(self) -> Array:
         """Unknowns (n,): knots of the overlap as the last window left them, then as the last known one."""
@@ -74,10 +75,10 @@ class Task:
 
     def deviations(self) -> Array:
         """Initial standard deviations (n,) of the unknowns."""
-        optimiser, nv = self.problem.plan.optimiser, self.problem.model.nv
+        optimiser = self.problem.plan.optimiser
         knots = np.full(self.shape[0] * self.shape[1], optimiser.sigma_rad)
-        start = [np.full(nv, max(value, 1e-9)) for value in (optimiser.start_pose, optimiser.start_velocity)]
-        return np.concatenate((knots, *start)) if self._free else knots
+        start = [max(value, 1e-9) for value in (optimiser.start_pose, optimiser.start_velocity)]
+        return np.concatenate((knots, np.repeat(start, self._free // 2)))
 
     def bounds(self) -> Array:
         """Lowest and highest value (n, 2) of the unknowns."""
@@ -95,10 +96,11 @@ class Task:
         """States (P, nstate) from which rollouts of the unknowns (P, n) start."""
         states = np.repeat(self.handover.state[None], len(samples), axis=0)
         if self._free:
-            model = self.problem.model
+            model, own = self.problem.model, self._free // 2
             qpos = rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)
             qvel = rollout.component(model, states, mujoco.mjtState.mjSTATE_QVEL)
-            offsets = samples[:, -self._free :].reshape(-1, 2, model.nv)
+            offsets = np.zeros((len(samples), 2, model.nv))
+            offsets[..., :own] = samples[:, -self._free :].reshape(-1, 2, own)
             qvel += offsets[:, 1]
             for row, offset in zip(qpos, np.ascontiguousarray(offsets[:, 0]), strict=True):
                 mujoco.mj_integratePos(model, row, offset, 1.0)
@@ -135,6 +137,37 @@ class Task:
         if weights.total_variation:
             terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
         return {name: getattr(weights, name) * value for name, value in terms.items()}
+
+    def residuals(self, rolled: Rollouts) -> list[Term]:
+        """The terms of the loss that have a curvature, as vectors, for Gauss-Newton steps.
+
+        Prior and total variation are left to the sampling: their share is small, and they are many.
+        """
+        problem, target, weights = self.problem, self._targets, self.problem.plan.loss
+        points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
+        orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
+        off = rolled.com_m - target.com_m
+        terms = [
+            Term(off, weights.com_position),
+            Term(np.diff(off, axis=1) / problem.interval_s, weights.com_velocity),
+            Term(points - target.points_m, weights.landmark),
+        ]
+        if weights.pose:
+            turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
+            terms.append(Term(0.5 * turn, weights.pose, np.ones_like, floor=0.025))
+        if weights.reprojection and problem.world_to_camera is not None:
+            image = losses.image_plane(points, problem.world_to_camera) - target.rays
+            terms.append(Term(image, weights.reprojection * target.scores, np.ones_like, floor=0.005))
+        if weights.joint_limit:
+            over = losses.limit_excess(losses.joint_rotvecs(orientations), problem.limits_rad)
+            terms.append(Term(over[..., None], weights.joint_limit, losses.joint_limit_slope, floor=0.03))
+        return terms
+
+    def started(self, rows: IntArray) -> IntArray:
+        """First step (len(rows),) on which the unknowns `rows` act."""
+        acts = (self._basis[:-1] > 0).argmax(axis=0)  # (Q,)
+        knot = rows // self.shape[1]
+        return np.where(knot < len(acts), acts[np.minimum(knot, len(acts) - 1)], 0)
 
     def commit(self, x: Array, **result: object) -> WindowResult:
         """Step the window's first part for good under the unknowns x (n,), and hand over."""

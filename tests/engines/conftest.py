@@ -36,6 +36,7 @@ def settings(
     population: int = 16,
     generations: int = 5,
     start: float = 0.0,
+    descent: int = 0,
     **losses: float,
 ) -> Plan:
     return Plan(
@@ -46,6 +47,8 @@ def settings(
             covariance="diagonal",
             population=population,
             generations=generations,
+            descent_steps=descent,
+            spread=1.0,
             sigma_rad=0.1,
             bound_rad=1.5,
             start_pose=start,

@@ -27,8 +27,8 @@ def test_targets_are_the_pose_ahead_of_the_servos_lag(make) -> None:
     assert still.sum() == 46
     frames = problem.targets_rad[:: problem.clock.stride]
     np.testing.assert_allclose(frames[:, still], rotvecs[:, still], atol=1e-6)
-    # the elbows' servos have d / k = 0.1 s and turn at one radian per second, first and last frame aside
-    np.testing.assert_allclose((frames - rotvecs)[3:-3, ~still], 0.1, atol=0.002)
+    # the elbows' servos have d / k = 0.03 s and turn at one radian per second, first and last frame aside
+    np.testing.assert_allclose((frames - rotvecs)[3:-3, ~still], 0.03, atol=0.001)
 
 
 def test_targets_stay_within_reach_of_the_motors(make) -> None:
