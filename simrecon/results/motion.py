@@ -105,6 +105,7 @@ def record(
         contact_force_N=force,
         contact_point_m=centre,
         grf_N=force.sum(axis=1),
+        kinematic_qpos=problem.qpos[grid],
     )
     depth_mm = 1e3 * np.maximum(0.0, -lowest[simulated])
     return motion, Audit(
