@@ -162,7 +162,7 @@ class Configurations:
     """What a body's configurations (T, nq) say.
 
     Attributes:
-        points_m: (T, K, 3) sites; com_m: (T, 3).
+        points_m: (T, K, 3) sites; com_m: (T, 3); com_velocity_mps: (T, 3), zero without velocities.
         floor_m: (T, C) signed distance of each part to the ground, at most one metre.
         scene_m: (T, C) to the nearest thing of the scene, the ground included.
         feet_m: (T, 2) height of the lowest corner of each foot over what is under its centre.
@@ -170,13 +170,19 @@ class Configurations:
 
     points_m: Array
     com_m: Array
+    com_velocity_mps: Array
     floor_m: Array
     scene_m: Array
     feet_m: Array
 
 
 def configurations(
-    model: mujoco.MjModel, scene: Scene, qpos: Array, parts: Sequence[str], points: Sequence[str]
+    model: mujoco.MjModel,
+    scene: Scene,
+    qpos: Array,
+    parts: Sequence[str],
+    points: Sequence[str],
+    qvel: Array | None = None,
 ) -> Configurations:
     """Clearances of the primitives themselves.
 
@@ -186,6 +192,7 @@ def configurations(
         qpos: (T, nq).
         parts: C names of geoms of the body.
         points: K names of sites.
+        qvel: (T, nv), or None.
     """
     data = mujoco.MjData(model)
     geoms = [model.geom(name).id for name in parts]
@@ -194,10 +201,13 @@ def configurations(
     sites, boxes = [model.site(name).id for name in points], [model.geom(name).id for name in FEET]
     person = int(model.jnt_bodyid[0])
     found = []
-    for configuration in qpos:
+    for frame, configuration in enumerate(qpos):
         data.qpos[:] = configuration
+        data.qvel[:] = 0.0 if qvel is None else qvel[frame]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_subtreeVel(model, data)
         floor, *others = (
             [mujoco.mj_geomDistance(model, data, thing, geom, _DISTANCE_MAX_M, None) for geom in geoms]
             for thing in (ground, *items)
@@ -205,6 +215,6 @@ def configurations(
         axes = data.geom_xmat[boxes].reshape(-1, 3, 3)
         support = scenes.support_height(scene, data.geom_xpos[boxes][:, :2])
         feet = box_clearance(data.geom_xpos[boxes], axes, model.geom_size[boxes], support)
-        row = (data.site_xpos[sites], data.subtree_com[person].copy(), floor, np.min([floor, *others], 0), feet)
-        found.append(row)
+        com = (data.subtree_com[person].copy(), data.subtree_linvel[person].copy())
+        found.append((data.site_xpos[sites], *com, floor, np.min([floor, *others], axis=0), feet))
     return Configurations(*(np.array(column) for column in zip(*found, strict=True)))

@@ -123,12 +123,18 @@ def peak_power(torque_Nm: Array, rate_radps: Array, mass_kg: float) -> float:
     return float(np.abs(joint_power(torque_Nm, rate_radps)).max()) / mass_kg
 
 
-def residual_pct(com_m: Array, force_N: Array, mass_kg: float, interval_s: float) -> Array:
-    """Force on the body that contact does not explain, percent of body weight, (..., T, 3) → (..., T - 2).
+def residual_pct(com_velocity_mps: Array, force_N: Array, mass_kg: float, interval_s: Array | float) -> Array:
+    """Force on the body that contact does not explain, percent of body weight, (..., T, 3) → (..., T - 1).
 
-    ‖m (c̈ + g) − F‖, with c̈ as in `implied_grf` and F the mean over the two intervals beside a frame (forces
-    are means since the frame before). Hicks et al. 2015 ask for residuals below 5 % of the peak external force.
+    ‖m (Δċ/Δt + g) − F‖ over each interval, with F the mean force in it. Hicks et al. 2015 ask for residuals below
+    5 % of the peak external force; a simulation has what its time steps leave.
+
+    Args:
+        com_velocity_mps: (..., T, 3) velocity of the centre of mass at the frames.
+        force_N: (..., T, 3) mean of all contact forces since the frame before.
+        mass_kg: of the person.
+        interval_s: between frames, () or (T - 1,).
     """
-    acting = 0.5 * (force_N[..., 1:-1, :] + force_N[..., 2:, :])  # (..., T-2, 3)
-    residual = implied_grf(com_m, mass_kg, interval_s) - acting
+    com_acc = np.diff(com_velocity_mps, axis=-2) / np.asarray(interval_s)[..., None]  # (..., T-1, 3)
+    residual = mass_kg * (com_acc + [0.0, 0.0, GRAVITY_MPS2]) - force_N[..., 1:, :]
     return np.asarray(np.linalg.norm(body_weight_pct(residual, mass_kg), axis=-1))

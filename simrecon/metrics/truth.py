@@ -21,6 +21,8 @@ BODY_JOINTS = tuple(
 """The 12 joints of every position score, hips first."""
 FOOT_POINTS = ("left_heel", "right_heel", "left_toe", "right_toe")
 ALIASES = {"left_foot_index": "left_toe", "right_foot_index": "right_toe"}
+CUTOFF_HZ = 20.0
+"""Low-pass of force comparisons where the reference names none (`grf_cutoff_hz`): keeps a heel strike."""
 
 _TIME_TOLERANCE_S = 1e-6
 
@@ -33,11 +35,13 @@ class Plates:
         force_N: (T, 2, 3) on the left and the right foot, world.
         centre_m: (T, 2, 3) centre of pressure of each foot, NaN where the plate is not loaded; or None.
         known: (T,) frames in which no foot stood beside its plate.
+        cutoff_hz: low-pass of both sides of a comparison.
     """
 
     force_N: Array
     centre_m: Array | None
     known: NDArray[np.bool_]
+    cutoff_hz: float = CUTOFF_HZ
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +97,10 @@ def _plates(arrays: Arrays) -> Plates | None:
         known = arrays.array("grf_known").astype(bool)
         if known.shape != (len(force),):
             arrays.fail("grf_known", f"shape {known.shape}", f"shape ({len(force)},)")
-    return Plates(force, centre, known)
+    cutoff = CUTOFF_HZ
+    if "grf_cutoff_hz" in arrays:
+        cutoff = arrays.scalar("grf_cutoff_hz", (0.1, 1000.0), "Hz")
+    return Plates(force, centre, known, cutoff)
 
 
 def canonical(names: Sequence[str]) -> tuple[str, ...]:
