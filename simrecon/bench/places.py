@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
@@ -19,6 +21,7 @@ SEAT_FRONT_M, HEEL_ROOM_M = 0.12, 0.04
 """How far a seat reaches before the hips, and how far it stays from the heels."""
 PLATFORM_BACK_M, PLATFORM_FRONT_M, PLATFORM_WIDTH_M = 0.15, 0.08, 0.8
 _SEATED_M = 0.05
+_EVALUATIONS = 60  # the hips are in their place long before the limbs
 _BUTTOCKS = ("left_buttock", "right_buttock", "pelvis")
 
 
@@ -32,7 +35,8 @@ def seat(evidence: Evidence, plan: Kinematics) -> Scene:
         evidence: of a person who sits down.
         plan: of the kinematic fit.
     """
-    fit = kinematics.fit(resample(evidence)[0], Scene(), plan)
+    rough = replace(plan, evaluations=min(plan.evaluations, _EVALUATIONS))
+    fit = kinematics.fit(resample(evidence)[0], Scene(), rough)
     model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, fit.scene, 0.01))
     names = ("left_hip", "right_hip", "left_knee", "right_knee", "left_heel", "right_heel")
     shape = bodies.configurations(model, fit.scene, fit.qpos, _BUTTOCKS, names)

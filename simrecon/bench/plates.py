@@ -23,7 +23,7 @@ from simrecon.types import Array, Evidence
 
 # A foot point may push off the floor: near it, and slower than this, is a foot that stands.
 RESTING_SPEED_MPS = 0.6
-RESTING_HEIGHT_M = 0.04
+RESTING_HEIGHT_M = 0.03
 _PLATES = 9
 
 

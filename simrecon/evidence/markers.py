@@ -4,7 +4,8 @@ Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, chi
 based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees and ankles: middle between
 the two markers of a static trial, carried along by the shank's markers (Cappozzo et al. 1995). Elbows and wrists: middle
 between their two markers. Shoulders: under the acromion by 17 % of the distance of the acromia (Rab, Petuskey & Bagley
-2002). Heels and toes: the marker on the calcaneus, and the middle between the forefoot's markers.
+2002). Heels and toes: 2 cm over the floor under the marker on the calcaneus, and under the middle of the forefoot's
+markers, in the static trial; carried along by the foot's markers.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from simrecon import rotations
 from simrecon.errors import InputError
 from simrecon.evidence.opensim import Markers
-from simrecon.types import Array, Evidence
+from simrecon.types import Array, Camera, Evidence
 
 OPENCAP = {
     "left_asis": ("L.ASIS",), "right_asis": ("r.ASIS",), "left_psis": ("L.PSIS",), "right_psis": ("r.PSIS",),
@@ -24,6 +25,7 @@ OPENCAP = {
     "left_ankle": ("L_ankle", "L_mankle"), "right_ankle": ("r_ankle", "r_mankle"),
     "left_shank": ("L_knee", "L_ankle", "L_sh2", "L_sh3", "L_shank_antsup"),
     "right_shank": ("r_knee", "r_ankle", "r_sh2", "r_sh3", "r_sh4", "r_shank_antsup"),
+    "left_foot": ("L_calc", "L_toe", "L_5meta", "L_ankle"), "right_foot": ("r_calc", "r_toe", "r_5meta", "r_ankle"),
     "left_heel": ("L_calc",), "right_heel": ("r_calc",),
     "left_toe": ("L_toe", "L_5meta"), "right_toe": ("r_toe", "r_5meta"),
     "left_acromion": ("L_Shoulder",), "right_acromion": ("R_Shoulder",),
@@ -36,6 +38,7 @@ OPENCAP = {
 _HIP_BACK, _HIP_DOWN, _HIP_OUT = (0.24, 0.0099), (0.30, 0.0109), (0.33, 0.0073)
 _SHOULDER_SHARE = 0.17
 _CLUSTER_MIN = 3
+_OVER_SOLE_M = 0.02
 
 
 def hip_centres(asis: Mapping[str, Array], psis: Mapping[str, Array]) -> dict[str, Array]:
@@ -101,13 +104,14 @@ def joint_centres(
     hips = hip_centres({s: of(f"{s}_asis") for s in sides}, {s: of(f"{s}_psis") for s in sides})
     centres = {f"{side}_hip": hips[side] for side in sides}
     for side in sides:
-        cluster = markers[f"{side}_shank"]
-        still = np.stack([np.nanmedian(static.of(name), axis=0) for name in cluster])  # (M, 3)
-        in_motion = np.stack([moving.of(name) for name in cluster], axis=1)  # (T, M, 3)
         for joint in ("knee", "ankle"):
             pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{joint}"]]
-            centres[f"{side}_{joint}"] = carried(still, in_motion, np.mean(pair, axis=0))
-        centres |= {f"{side}_{point}": of(f"{side}_{point}") for point in ("heel", "toe", "elbow", "wrist")}
+            centres[f"{side}_{joint}"] = _carried(static, moving, markers[f"{side}_shank"], np.mean(pair, axis=0))
+        for end in ("heel", "toe"):
+            pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{end}"]]
+            under = np.append(np.mean(pair, axis=0)[:2], _OVER_SOLE_M)
+            centres[f"{side}_{end}"] = _carried(static, moving, markers[f"{side}_foot"], under)
+        centres |= {f"{side}_{point}": of(f"{side}_{point}") for point in ("elbow", "wrist")}
     acromia = {side: of(f"{side}_acromion") for side in sides}
     width = np.linalg.norm(acromia["left"] - acromia["right"], axis=-1, keepdims=True)  # (T, 1)
     down = 0.5 * (hips["left"] + hips["right"]) - 0.5 * (acromia["left"] + acromia["right"])
@@ -115,8 +119,17 @@ def joint_centres(
     return centres | {f"{side}_shoulder": acromia[side] + _SHOULDER_SHARE * width * down for side in sides}
 
 
+def _carried(static: Markers, moving: Markers, cluster: tuple[str, ...], centre: Array) -> Array:
+    """`carried` by markers of these names."""
+    still = np.stack([np.nanmedian(static.of(name), axis=0) for name in cluster])  # (M, 3)
+    return carried(still, np.stack([moving.of(name) for name in cluster], axis=1), centre)
+
+
 def evidence(static: Markers, moving: Markers, mass_kg: float | None = None) -> Evidence:
-    """Evidence of nothing but joint centres in the world.
+    """Evidence of nothing but joint centres in the world of the laboratory, whose floor is at z = 0.
+
+    A camera from the side, without landmarks, says that the world is known: without extrinsics, the floor would be put
+    under the lowest foot points, which are markers above the sole.
 
     Args:
         static: as in `joint_centres`.
@@ -133,7 +146,18 @@ def evidence(static: Markers, moving: Markers, mass_kg: float | None = None) -> 
         joints_m=np.stack(list(centres.values()), axis=1),  # (T, K, 3)
         joints_frame="world",
         mass_kg=mass_kg,
+        camera=_view(np.nanmean(np.stack(list(centres.values())), axis=(0, 1))),
     )
+
+
+def _view(middle_m: Array) -> Camera:
+    """A camera that looks along y at a point, 5 m away."""
+    size = (1280, 720)
+    pose = np.eye(4)
+    pose[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    pose[:3, 3] = -pose[:3, :3] @ (middle_m - [0.0, 5.0, 0.0])
+    matrix = np.array([[1000.0, 0.0, size[0] / 2], [0.0, 1000.0, size[1] / 2], [0.0, 0.0, 1.0]])
+    return Camera(matrix, np.zeros(5), pose, size)
 
 
 def _line(coefficients: tuple[float, float], size_m: Array) -> Array:
