@@ -28,8 +28,9 @@ _BUTTOCKS = ("left_buttock", "right_buttock", "pelvis")
 def seat(evidence: Evidence, plan: Kinematics) -> Scene:
     """A floor and a seat under the hips.
 
-    The kinematic fit on a bare floor says where the buttocks are when they are lowest; the seat's top is the 10th
-    percentile of their height in these frames, and its front is 12 cm before the hips, or 4 cm behind the heels.
+    The kinematic fit on a bare floor says where the buttocks are when they are lowest; the seat's top is the
+    10th percentile of their height in these frames, and its front is 12 cm before the hips, or 4 cm behind
+    the heels.
 
     Args:
         evidence: of a person who sits down.
@@ -48,7 +49,9 @@ def seat(evidence: Evidence, plan: Kinematics) -> Scene:
     front = min(SEAT_FRONT_M, room)
     height = float(np.percentile(lowest[seated], 10))
     if height <= 0.05:
-        raise InputError(f"seat: found buttocks {height:.2f} m above the floor; valid: a person who sits on something")
+        raise InputError(
+            f"seat: found buttocks {height:.2f} m above the floor; valid: a person who sits on something"
+        )
     middle = hips + (front - SEAT_M[0] / 2) * ahead
     return _box("seat", middle, ahead, (*SEAT_M, height), fit.scene)
 

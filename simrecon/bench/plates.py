@@ -1,7 +1,8 @@
 """Force plates: a reference of joints and measured forces, from a trial's markers and plates.
 
-Which foot a plate is under is told by its centre of pressure: that of the nearest ankle, over the frames in which it is
-loaded. A frame is known if no foot rests on the floor beside its plate, and the person has left what is not measured.
+Which foot a plate is under is told by its centre of pressure: that of the nearest ankle, over the frames in
+which it is loaded. A frame is known if no foot rests on the floor beside its plate, and the person has left
+what is not measured.
 """
 
 from __future__ import annotations
@@ -108,10 +109,13 @@ def make(
 
     Args:
         folder: where to, in existence.
-        trial, static: TRC files; forces: MOT file of the trial's plates.
+        trial: TRC file.
+        static: TRC file of the person standing still.
+        forces: MOT file of the trial's plates.
         mass_kg: of the person.
         cutoff_hz: low-pass of comparisons with the plates, kept in the reference.
-        below_m, feet_on_plates: as in `known_frames`.
+        below_m: as in `known_frames`.
+        feet_on_plates: as in `known_frames`.
         span_s: part of the trial to take, or None for all of it.
 
     Returns:

@@ -42,7 +42,8 @@ def run(
         output: folder of runs and tables, which is made.
         jobs: runs at once.
         threads: of the simulator in each; 0 shares the cores out among the jobs.
-        clips, variants: names of those to run, or none for all.
+        clips: names of those to run, or none for all.
+        variants: the same.
         evaluator: an independent script, see `task.Task`.
         report_row: called with the number of finished runs, of all, and the row of the one that finished.
 
@@ -63,7 +64,9 @@ def run(
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{output}: can't be made ({error.strerror}); give a folder in a writable place") from error
+        raise InputError(
+            f"{output}: can't be made ({error.strerror}); give a folder in a writable place"
+        ) from error
     threads = threads or max(1, (os.cpu_count() or 1) // jobs)
     work = [
         dataclasses.replace(task, threads=threads)
@@ -74,7 +77,7 @@ def run(
     for index, row in _finished(work, jobs):
         rows[index] = row
         report_row(len(rows), len(work), row)
-    content = {
+    content: Row = {
         "schema": SCHEMA,
         "suite": suite.name,
         "purpose": suite.purpose,
@@ -116,4 +119,6 @@ def write(target: Path, content: str) -> None:
         os.replace(partial, target)
     except OSError as error:
         partial.unlink(missing_ok=True)
-        raise InputError(f"{target}: can't be written ({error.strerror}); give a file in a writable folder") from error
+        raise InputError(
+            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
+        ) from error

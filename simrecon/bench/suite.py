@@ -1,4 +1,4 @@
-"""Suites as data: which clips, with what settings, and what is made of the scores. One TOML is one `Suite`."""
+"""Suites as data: which clips, with what settings, and what is made of the scores; one TOML each."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Place:
-    """`[clip.place]`: a box placed from the evidence: a seat under the hips, or a platform under the first frame."""
+    """`[clip.place]`: a box placed from the evidence, under the hips (seat) or the first feet (platform)."""
 
     kind: str
     height_m: float | None = None
@@ -49,7 +49,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Clip:
-    """`[[clip]]`: files relative to the data folder; scenes beside the suite, or `example/…` of the package."""
+    """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package."""
 
     name: str
     evidence: str | None = None
@@ -61,7 +61,7 @@ class Clip:
 
 @dataclass(frozen=True)
 class Variant:
-    """`[[variant]]`: parts of the evidence left out, and keys of the plan replaced (`section.key = value`)."""
+    """`[[variant]]`: parts of the evidence left out, keys of the plan replaced (`section.key = value`)."""
 
     name: str
     drop: tuple[str, ...] = ()
@@ -151,8 +151,8 @@ def read(name_or_path: str | Path) -> Suite:
     for key in ("name", "folder"):
         if key in content:
             raise InputError(f"{path}: unknown key {key!r}; valid: {', '.join(_keys(Suite))}")
-    suite = _value(Suite, content, f"{path}:")
-    suite = dataclasses.replace(suite, name=path.stem, folder=path.parent)
+    made: Suite = _value(Suite, content, f"{path}:")
+    suite = dataclasses.replace(made, name=path.stem, folder=path.parent)
     _check(suite, path)
     return suite
 

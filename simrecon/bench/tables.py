@@ -27,7 +27,13 @@ def page(suite: Suite, content: Row) -> str:
     """
     runs = content["runs"]
     seeds = ", ".join(map(str, suite.seeds))
-    lines = [f"# Suite `{suite.name}`", "", suite.purpose, "", f"Plan `{suite.plan}`, seed {seeds}. {_made_on(content)}"]
+    lines = [
+        f"# Suite `{suite.name}`",
+        "",
+        suite.purpose,
+        "",
+        f"Plan `{suite.plan}`, seed {seeds}. {_made_on(content)}",
+    ]
     for table in suite.table:
         lines += ["", f"## {table.title}", ""]
         lines += [table.text.strip(), ""] if table.text else []
@@ -37,12 +43,14 @@ def page(suite: Suite, content: Row) -> str:
     failed = [run for run in runs if run["status"] == "failed"]
     if failed:
         lines += ["", "## Failed", ""]
-        lines += [f"- {run['clip']}, {run['variant']}, seed {run['seed']}: {run['message']}" for run in failed]
+        lines += [
+            f"- {run['clip']}, {run['variant']}, seed {run['seed']}: {run['message']}" for run in failed
+        ]
     return "\n".join(lines) + "\n"
 
 
 def replaced(text: str, name: str, section: str) -> str:
-    """A page with the section of a suite put between its markers, which are added at the end if they are not there.
+    """A page with the section of a suite put between its markers, which are added at the end if missing.
 
     Args:
         text: of the page.
@@ -58,7 +66,9 @@ def replaced(text: str, name: str, section: str) -> str:
     if (text.count(start), text.count(end)) == (0, 0):
         return f"{text.rstrip()}\n\n{block}\n" if text.strip() else f"{block}\n"
     if (text.count(start), text.count(end)) != (1, 1) or text.index(start) > text.index(end):
-        raise InputError(f"found the markers {start} and {end} not once each and in this order; valid: both, or none")
+        raise InputError(
+            f"found the markers {start} and {end} not once each and in this order; valid: both, or none"
+        )
     return text[: text.index(start)] + block + text[text.index(end) + len(end) :]
 
 
@@ -80,8 +90,8 @@ def targets(suite: Suite, runs: Sequence[Row]) -> list[Row]:
     """What each target comes to, with the first variant.
 
     Returns:
-        `text`, `must`, `reach` (each a list of `measure`, `limit`, `value`, `met`), `met_must`, `met_reach` (None
-        without bounds or values) and `worst_clip`.
+        `text`, `must`, `reach` (each a list of `measure`, `limit`, `value`, `met`), `met_must`, `met_reach`
+        (None without bounds or values) and `worst_clip`.
     """
     return [_target(suite, target, runs) for target in suite.target]
 
@@ -107,14 +117,15 @@ def _target(suite: Suite, target: Target, runs: Sequence[Row]) -> Row:
 def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Row:
     """A bound's value over clips, and whether it is met."""
     both = np.isfinite(own) & np.isfinite(other) & (other > 0)
-    measures: dict[str, Callable[[], float]] = {
-        "mean": lambda: _mean(own),
-        "worst": lambda: float(np.nanmax(own)) if np.isfinite(own).any() else math.nan,
-        "least": lambda: float(np.nanmin(own)) if np.isfinite(own).any() else math.nan,
-        "ratio": lambda: _mean(own[both]) / _mean(other[both]) if both.any() else math.nan,
-        "worst_ratio": lambda: float((own[both] / other[both]).max()) if both.any() else math.nan,
+    known, ratios = own[np.isfinite(own)], own[both] / other[both]
+    measures = {
+        "mean": _mean(own),
+        "worst": max(known, default=math.nan),
+        "least": min(known, default=math.nan),
+        "ratio": _mean(own[both]) / _mean(other[both]) if both.any() else math.nan,
+        "worst_ratio": max(ratios, default=math.nan),
     }
-    found = measures[bound.measure]()
+    found = float(measures[bound.measure])
     limits = [f"≤ {bound.at_most:g}"] if bound.at_most is not None else []
     limits += [f"≥ {bound.at_least:g}"] if bound.at_least is not None else []
     met = None
@@ -133,7 +144,12 @@ def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any])
 def _targets(found: Sequence[Row]) -> list[str]:
     lines = ["| target | must | reach for | worst clip |", "|---|---|---|---|"]
     for target in found:
-        cells = [target["text"], _bounds(target, "must"), _bounds(target, "reach"), target.get("worst_clip", MISSING)]
+        cells = [
+            target["text"],
+            _bounds(target, "must"),
+            _bounds(target, "reach"),
+            target.get("worst_clip", MISSING),
+        ]
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
@@ -141,25 +157,27 @@ def _targets(found: Sequence[Row]) -> list[str]:
 def _bounds(target: Row, level: str) -> str:
     if not target[level]:
         return MISSING
-    parts = [
-        f"{bound['measure'].replace('_', ' ')} {MISSING if bound['value'] is None else format(bound['value'], '.3g')} "
-        f"({bound['limit']})"
-        for bound in target[level]
-    ]
+    parts = [f"{b['measure'].replace('_', ' ')} {_digits(b['value'])} ({b['limit']})" for b in target[level]]
     verdict = {True: "**met**", False: "**missed**", None: "not measured"}[target[f"met_{level}"]]
     return f"{verdict}: {', or '.join(parts)}"
 
 
+def _digits(found: float | None) -> str:
+    return MISSING if found is None else f"{found:.3g}"
+
+
 def _table(suite: Suite, table: Table, runs: Sequence[Row]) -> list[str]:
-    clips = table.clips or tuple(clip.name for clip in suite.clip)
+    ran, used = {run["clip"] for run in runs}, {run["variant"] for run in runs}
+    clips = [name for name in table.clips or [clip.name for clip in suite.clip] if name in ran]
+    variants = [variant for variant in suite.variant if variant.name in used]
     first = suite.variant[0].name
     head = [table.rows, *(column.title for column in table.columns)]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     if table.rows == "clip":
         for clip in clips:
-            lines.append(_line(clip, table, lambda m, s, c=clip: over_seeds(runs, c, first, m, s), runs, clip, first))
+            lines.append(_line(clip, table, _over_clips(runs, [clip], first), runs, clip, first))
     elif table.rows == "variant":
-        for variant in suite.variant:
+        for variant in variants:
             name = f"{variant.name} ({variant.paper})" if variant.paper else variant.name
             lines.append(_line(name, table, _over_clips(runs, clips, variant.name), runs, None, variant.name))
     else:

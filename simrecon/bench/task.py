@@ -1,4 +1,4 @@
-"""One run of a suite: a clip, a variant and a seed; skipped if it is there with the same input, settings and code."""
+"""One run of a suite: a clip, a variant and a seed; kept if it is there with the same input and settings."""
 
 from __future__ import annotations
 
@@ -58,7 +58,9 @@ class Task:
     @property
     def folder(self) -> Path:
         """Of this run."""
-        return self.output / "runs" / self.clip.name / self.variant.name.replace(" ", "_") / f"seed{self.seed}"
+        return (
+            self.output / "runs" / self.clip.name / self.variant.name.replace(" ", "_") / f"seed{self.seed}"
+        )
 
 
 def tasks(suite: Suite, data: Path, output: Path, evaluator: Path | None = None) -> list[Task]:
@@ -75,8 +77,8 @@ def execute(task: Task) -> dict[str, Any]:
     """Run and score.
 
     Returns:
-        `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or `key`,
-        `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
+        `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
+        `key`, `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
     """
     said: dict[str, Any] = {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
     try:
@@ -102,7 +104,12 @@ def _execute(task: Task) -> dict[str, Any]:
             dropped(seen, task.variant.drop), scene, plan, seed=task.seed, threads=task.threads
         )
         results.write(
-            folder, made, plan_name=task.suite.plan, seed=task.seed, threads=task.threads, input_name=given.name
+            folder,
+            made,
+            plan_name=task.suite.plan,
+            seed=task.seed,
+            threads=task.threads,
+            input_name=given.name,
         )
         _write(record, json.dumps({"key": key}) + "\n")
         status = "done"
@@ -125,8 +132,8 @@ def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:
     frames = len(evidence.times_s)
     for part in parts:
         if part == "keypoints":
-            empty = {"keypoints_px": np.empty((frames, 0, 2)), "scores": np.empty((frames, 0))}
-            evidence = replace(evidence, keypoint_names=(), **empty)
+            points, scored = np.empty((frames, 0, 2)), np.empty((frames, 0))
+            evidence = replace(evidence, keypoint_names=(), keypoints_px=points, scores=scored)
         else:
             evidence = replace(
                 evidence, joint_names=(), joints_m=np.empty((frames, 0, 3)), rotation_names=(), rotations=None
@@ -208,7 +215,9 @@ def machine() -> dict[str, Any]:
     memory = None
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        model = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model)
+        model = next(
+            (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model
+        )
         memory = round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30)
     except (OSError, ValueError):
         pass
@@ -238,5 +247,3 @@ def _write(target: Path, content: str) -> None:
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     partial.write_text(content, encoding="utf-8")
     os.replace(partial, target)
-
-

@@ -20,14 +20,22 @@ def add(commands: Any) -> None:
     bench.add_argument("suite", metavar="SUITE", help=f"{', '.join(suite.names())}, or a path")
     bench.add_argument("--data", metavar="DIR", required=True, help="folder of the clips")
     bench.add_argument("-o", dest="output", metavar="OUT", required=True, help="folder of runs and tables")
-    bench.add_argument("--jobs", type=arguments.whole(256), default=1, metavar="N", help="runs at once [%(default)s]")
     bench.add_argument(
-        "--threads", type=arguments.whole(1024), default=0, metavar="N", help="of each run; 0: cores over jobs"
+        "--jobs", type=arguments.whole(256), default=1, metavar="N", help="runs at once [%(default)s]"
+    )
+    bench.add_argument(
+        "--threads",
+        type=arguments.whole(1024),
+        default=0,
+        metavar="N",
+        help="of each run; 0: cores over jobs",
     )
     bench.add_argument("--plan", metavar="NAME", help="another plan than the suite's")
     bench.add_argument("--clips", nargs="+", default=(), metavar="NAME", help="only these")
     bench.add_argument("--variants", nargs="+", default=(), metavar="NAME", help="only these")
-    bench.add_argument("--evaluator", metavar="FILE", help="independent script, run as FILE RESULT TRUTH EVIDENCE")
+    bench.add_argument(
+        "--evaluator", metavar="FILE", help="independent script, run as FILE RESULT TRUTH EVIDENCE"
+    )
     bench.add_argument("--write", metavar="FILE", help="Markdown whose part of this suite is replaced")
 
 
@@ -61,4 +69,8 @@ def _bench(options: argparse.Namespace) -> int:
 
 def _say(done: int, count: int, row: dict[str, Any]) -> None:
     said = row["status"] if row["status"] != "failed" else f"failed: {row['message']}"
-    print(f"{done}/{count}  {row['clip']}, {row['variant']}, seed {row['seed']}: {said}", file=sys.stderr, flush=True)
+    print(
+        f"{done}/{count}  {row['clip']}, {row['variant']}, seed {row['seed']}: {said}",
+        file=sys.stderr,
+        flush=True,
+    )

@@ -23,13 +23,19 @@ def add(commands: Any) -> None:
     score.add_argument("--json", action="store_true", help="print JSON")
     score.add_argument("-o", dest="output", metavar="FILE", help="write JSON to a file as well")
     score.add_argument(
-        "--seed", type=arguments.whole(2**63 - 1), default=0, metavar="N", help="of the intervals [%(default)s]"
+        "--seed",
+        type=arguments.whole(2**63 - 1),
+        default=0,
+        metavar="N",
+        help="of the intervals [%(default)s]",
     )
 
 
 def _eval(options: argparse.Namespace) -> int:
     if options.evidence is not None and options.input is not None:
-        raise InputError(f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one")
+        raise InputError(
+            f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one"
+        )
     given = options.input if options.evidence is None else options.evidence
     found = scores.score(options.result, options.truth, given, seed=options.seed)
     content = json.dumps(found.as_dict(), indent=1)
@@ -46,4 +52,6 @@ def _write(target: Path, content: str) -> None:
         os.replace(partial, target)
     except OSError as error:
         partial.unlink(missing_ok=True)
-        raise InputError(f"{target}: can't be written ({error.strerror}); give a file in a writable folder") from error
+        raise InputError(
+            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
+        ) from error

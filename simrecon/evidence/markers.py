@@ -1,11 +1,12 @@
 """Joint centres from the markers of a motion capture laboratory, and evidence made of them.
 
-Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, children, and patients with cerebral palsy
-based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees and ankles: middle between
-the two markers of a static trial, carried along by the shank's markers (Cappozzo et al. 1995). Elbows and wrists: middle
-between their two markers. Shoulders: under the acromion by 17 % of the distance of the acromia (Rab, Petuskey & Bagley
-2002). Heels and toes: 2 cm over the floor under the marker on the calcaneus, and under the middle of the forefoot's
-markers, in the static trial; carried along by the foot's markers.
+Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, children, and patients with
+cerebral palsy based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees
+and ankles: middle between the two markers of a static trial, carried along by the shank's markers (Cappozzo
+et al. 1995). Elbows and
+wrists: middle between their two markers. Shoulders: under the acromion by 17 % of the distance of the acromia
+(Rab, Petuskey & Bagley 2002). Heels and toes: 2 cm over the floor under the marker on the calcaneus, and
+under the middle of the forefoot's markers, in the static trial; carried along by the foot's markers.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ OPENCAP = {
     "left_ankle": ("L_ankle", "L_mankle"), "right_ankle": ("r_ankle", "r_mankle"),
     "left_shank": ("L_knee", "L_ankle", "L_sh2", "L_sh3", "L_shank_antsup"),
     "right_shank": ("r_knee", "r_ankle", "r_sh2", "r_sh3", "r_sh4", "r_shank_antsup"),
-    "left_foot": ("L_calc", "L_toe", "L_5meta", "L_ankle"), "right_foot": ("r_calc", "r_toe", "r_5meta", "r_ankle"),
+    "left_foot": ("L_calc", "L_toe", "L_5meta", "L_ankle"),
+    "right_foot": ("r_calc", "r_toe", "r_5meta", "r_ankle"),
     "left_heel": ("L_calc",), "right_heel": ("r_calc",),
     "left_toe": ("L_toe", "L_5meta"), "right_toe": ("r_toe", "r_5meta"),
     "left_acromion": ("L_Shoulder",), "right_acromion": ("R_Shoulder",),
@@ -45,7 +47,8 @@ def hip_centres(asis: Mapping[str, Array], psis: Mapping[str, Array]) -> dict[st
     """Hip joint centres by Harrington 2007: `left` and `right`, (T, 3).
 
     Args:
-        asis: anterior superior iliac spines, `left` and `right`, (T, 3) in the world, z up where the person stands.
+        asis: anterior superior iliac spines, `left` and `right`, (T, 3) in the world, z up where the person
+            stands.
         psis: posterior ones.
     """
     middle, back = 0.5 * (asis["left"] + asis["right"]), 0.5 * (psis["left"] + psis["right"])
@@ -57,11 +60,13 @@ def hip_centres(asis: Mapping[str, Array], psis: Mapping[str, Array]) -> dict[st
     forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
     up = np.cross(right, forward)  # (T, 3)
     centre = middle - _line(_HIP_BACK, depth) * forward - _line(_HIP_DOWN, width) * up
-    return {side: centre + sign * _line(_HIP_OUT, width) * right for side, sign in (("left", -1), ("right", 1))}
+    return {
+        side: centre + sign * _line(_HIP_OUT, width) * right for side, sign in (("left", -1), ("right", 1))
+    }
 
 
 def carried(static: Array, moving: Array, centre: Array) -> Array:
-    """A point that moves rigidly with a cluster of markers, (T, 3); NaN with fewer than three of them in view.
+    """A point that moves rigidly with a cluster of markers, (T, 3); NaN with fewer than three in view.
 
     Args:
         static: (M, 3) markers of the static trial, NaN where missing.
@@ -91,14 +96,17 @@ def joint_centres(
     Raises:
         InputError: a trial lacks markers.
     """
-    for trial, whose in ((static, "static trial"), (moving, "trial")):
-        inner = {markers[f"{side}_{joint}"][1] for side in ("left", "right") for joint in ("knee", "ankle")}
-        wanted = {name for group in markers.values() for name in group} - (inner if trial is moving else set())
+    inner = {markers[f"{side}_{joint}"][1] for side in ("left", "right") for joint in ("knee", "ankle")}
+    all_names = {name for group in markers.values() for name in group}
+    for trial, whose, wanted in (
+        (static, "static trial", all_names),
+        (moving, "trial", all_names - inner),
+    ):
         if missing := sorted(wanted - set(trial.names)):
             raise InputError(f"markers of the {whose}: found no {', '.join(missing)}; valid: all of them")
 
     def of(role: str) -> Array:
-        return np.mean([moving.of(name) for name in markers[role]], axis=0)
+        return np.asarray(np.mean([moving.of(name) for name in markers[role]], axis=0))
 
     sides = ("left", "right")
     hips = hip_centres({s: of(f"{s}_asis") for s in sides}, {s: of(f"{s}_psis") for s in sides})
@@ -106,7 +114,9 @@ def joint_centres(
     for side in sides:
         for joint in ("knee", "ankle"):
             pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{joint}"]]
-            centres[f"{side}_{joint}"] = _carried(static, moving, markers[f"{side}_shank"], np.mean(pair, axis=0))
+            centres[f"{side}_{joint}"] = _carried(
+                static, moving, markers[f"{side}_shank"], np.mean(pair, axis=0)
+            )
         for end in ("heel", "toe"):
             pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{end}"]]
             under = np.append(np.mean(pair, axis=0)[:2], _OVER_SOLE_M)
@@ -116,7 +126,9 @@ def joint_centres(
     width = np.linalg.norm(acromia["left"] - acromia["right"], axis=-1, keepdims=True)  # (T, 1)
     down = 0.5 * (hips["left"] + hips["right"]) - 0.5 * (acromia["left"] + acromia["right"])
     down /= np.linalg.norm(down, axis=-1, keepdims=True)
-    return centres | {f"{side}_shoulder": acromia[side] + _SHOULDER_SHARE * width * down for side in sides}
+    for side in sides:
+        centres[f"{side}_shoulder"] = acromia[side] + _SHOULDER_SHARE * width * down
+    return centres
 
 
 def _carried(static: Markers, moving: Markers, cluster: tuple[str, ...], centre: Array) -> Array:
@@ -128,8 +140,8 @@ def _carried(static: Markers, moving: Markers, cluster: tuple[str, ...], centre:
 def evidence(static: Markers, moving: Markers, mass_kg: float | None = None) -> Evidence:
     """Evidence of nothing but joint centres in the world of the laboratory, whose floor is at z = 0.
 
-    A camera from the side, without landmarks, says that the world is known: without extrinsics, the floor would be put
-    under the lowest foot points, which are markers above the sole.
+    A camera from the side, without landmarks, says that the world is known: without extrinsics, the floor
+    would be put under the lowest foot points, which are markers above the sole.
 
     Args:
         static: as in `joint_centres`.

@@ -118,7 +118,9 @@ def read_mot(path: str | os.PathLike[str]) -> Columns:
         raise InputError(f"{source}: found no line endheader; valid: a MOT or STO file")
     header = lines[: ends[0]]
     settings = dict(line.split("=", 1) for line in header if line.count("=") == 1)
-    degrees = {key.strip().lower(): value.strip().lower() for key, value in settings.items()}.get("indegrees", "no")
+    degrees = {key.strip().lower(): value.strip().lower() for key, value in settings.items()}.get(
+        "indegrees", "no"
+    )
     if degrees not in ("yes", "no"):
         raise InputError(f"{source}: inDegrees: found {degrees!r}; valid: yes, no")
     titles = [i for i in range(ends[0] + 1, len(lines)) if lines[i].strip()][:1]
@@ -139,7 +141,9 @@ def _lines(path: str | os.PathLike[str]) -> list[str]:
     try:
         return Path(path).read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
-        raise InputError(f"{os.fspath(path)}: can't be read ({error.strerror}); give an existing file") from error
+        raise InputError(
+            f"{os.fspath(path)}: can't be read ({error.strerror}); give an existing file"
+        ) from error
     except UnicodeDecodeError as error:
         raise InputError(f"{os.fspath(path)}: found bytes that are no text; valid: a text file") from error
 
@@ -172,5 +176,7 @@ def _table(source: str, rows: list[list[float]]) -> Array:
 
 def _times(source: str, times: Array) -> Array:
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise InputError(f"{source}: time: found times that do not increase; valid: increasing times in seconds")
+        raise InputError(
+            f"{source}: time: found times that do not increase; valid: increasing times in seconds"
+        )
     return times

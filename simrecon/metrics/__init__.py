@@ -1,8 +1,8 @@
-"""Scores of a motion, with or without a reference, as pure functions of arrays; docs/metrics.md explains them.
+"""Scores of a motion, with or without a reference, as pure functions of arrays (docs/metrics.md).
 
 Modules: `pose` (positions), `smoothness` (velocity, acceleration, jitter), `contact`, `bodies` (clearance),
-`dynamics` (forces, torques), `statistics` (intervals, filter), `truth` (references), `joints` (all that joints
-allow, together) and `definitions`.
+`dynamics` (forces, torques), `statistics` (intervals, filter), `truth` (references), `joints` (all that
+joints allow, together) and `definitions`.
 """
 
 from __future__ import annotations

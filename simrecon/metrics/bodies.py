@@ -1,7 +1,8 @@
 """Clearance and centre of mass of a body that is known by its joints, or by a simulator's configuration.
 
-Motions that are nothing but joints (an estimate, a reference, another method) get capsules around their bones, and
-their feet as they rest in the reference, so that all stand in one table; a simulated body has its own primitives.
+Motions that are nothing but joints (an estimate, a reference, another method) get capsules around their
+bones, and their feet as they rest in the reference, so that all stand in one table; a simulated body has its
+own primitives.
 Axes: T frames, K joints, C parts.
 """
 
@@ -81,8 +82,8 @@ def bones(names: Sequence[str], truth_m: Array, scene: Scene) -> Bones:
         scene: what the person may touch.
 
     Returns:
-        The capsules of `models/body/centre_of_mass.toml`, and the foot points that are there; those rest at the 5th
-        percentile of their distance to the scene.
+        The capsules of `models/body/centre_of_mass.toml`, and the foot points that are there; those rest at
+        the 5th percentile of their distance to the scene.
     """
     stature = stature_m(names, truth_m)
     entries = [side for entry in _data()["capsule"] for side in _sides(entry)]

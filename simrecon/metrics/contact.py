@@ -1,4 +1,4 @@
-"""Contact of feet and of the whole body, as pure functions of arrays; docs/metrics.md sets the variants apart.
+"""Contact of feet and of the whole body, as pure functions of arrays (docs/metrics.md).
 
 Axes: T frames, F foot points, C body parts; leading axes are batches. Clearance is the signed height or
 distance of the lowest point over what supports it, negative = sunk in. Frames with NaN don't count.
@@ -108,7 +108,7 @@ def float_pct(clearance: Array, contact: float = CONTACT_KINEMATICS_M) -> Array:
 
 
 def float_annotated_pct(clearance: Array, contacts: Flags) -> Array:
-    """The annotation form of `float_pct`: share of frames in which a foot that should rest hovers, in percent.
+    """The annotation form of `float_pct`: share of frames in which a foot that should rest hovers, percent.
 
     A foot hovers from `CONTACT_KINEMATICS_M` on, however high. (..., T, F), (..., T, F) → (...).
     """
@@ -150,8 +150,8 @@ def skate_rempe_pct(feet: Array, contacts: Flags) -> float:
 def skate_wham_mm(feet: Array, truth_feet: Array, resting_m: float = RESTING_STEP_M) -> float:
     """Foot sliding: mean step of foot points while the reference's move less than 1 cm, mm a frame.
 
-    WHAM (Shin 2024) and GVHMR (Shen 2024) take two vertices of each foot of SMPL, at 30 frames a second; these
-    are heels and toes. NaN if the reference never rests.
+    WHAM (Shin 2024) and GVHMR (Shen 2024) take two vertices of each foot of SMPL, at 30 frames a second;
+    these are heels and toes. NaN if the reference never rests.
 
     Args:
         feet: (T, F, 3).
@@ -169,7 +169,7 @@ def penetration(lowest: Array) -> tuple[Array, Array]:
 
 
 def penetration_pct(clearance: Array, tolerance_m: float = PENETRATION_TOLERANCE_M) -> Array:
-    """Share of frames in which any part of the body is deeper in than a tolerance, percent, (..., T, C) → (...).
+    """Share of frames with any part of the body deeper in than a tolerance, percent, (..., T, C) → (...).
 
     Over the whole body, where the papers look at the feet.
     """
@@ -177,7 +177,7 @@ def penetration_pct(clearance: Array, tolerance_m: float = PENETRATION_TOLERANCE
 
 
 def resting_height(truth_feet: Array) -> Array:
-    """Height at which each foot point rests: its 5th percentile in the reference, (..., T, F, 3) → (..., F)."""
+    """Height at which a foot point rests: 5th percentile in the reference, (..., T, F, 3) → (..., F)."""
     return np.asarray(np.percentile(truth_feet[..., 2], CONTACT_PERCENTILE, axis=-2))
 
 

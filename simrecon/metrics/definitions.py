@@ -30,7 +30,7 @@ FEET = {
     "foot_slide_mps": "mean speed of heels and toes there",
     "foot_slide_truth_mps": "the same of the reference",
     "foot_height_err_mm": "mean absolute error of their height",
-    "footskate_annotated_pct": "frames with a resting foot point that moves 2 cm, at 30 fps (Gärtner, annotated)",
+    "footskate_annotated_pct": "frames with a resting foot that moves 2 cm, at 30 fps (Gärtner, annotated)",
     "skate_rempe_pct": "Skate: resting foot points that move 2 cm, at 30 fps (Rempe)",
     "floating_rempe_pct": "Floating: resting foot points over 3 cm high (Rempe)",
     "penetration_rempe_pct": "Penetration: foot points over 3 cm deep, at any time (Rempe)",
@@ -67,11 +67,11 @@ FORCES = {
     "residual_max_pct": "its maximum",
 }
 PLATES = {
-    "grf_vertical_mae_pct_bw": "vertical force of the scene against the plates, mean absolute error, all frames",
+    "grf_vertical_mae_pct_bw": "vertical force of the scene against the plates, mean absolute error",
     "grf_vertical_rmse_pct_bw": "its root mean square",
     "grf_corr": "its correlation",
     "grf_mean_pct_bw": "mean vertical force of the scene at these frames",
-    "plate_vertical_mae_pct": "vertical force of the feet against the plates, filtered, where plates see both feet",
+    "plate_vertical_mae_pct": "vertical force of the feet against the plates, filtered, where known",
     "plate_vertical_rmse_pct": "its root mean square",
     "plate_vertical_corr": "its correlation",
     "plate_peak_error_pct": "greatest vertical force less that of the plates",

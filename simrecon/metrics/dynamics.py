@@ -1,6 +1,7 @@
 """Forces, torques and power, as pure functions of arrays; docs/metrics.md sets the variants apart.
 
-Axes: T frames, F feet, K joints; leading axes are batches. Per cent of body weight = 100 · force / (mass · g).
+Axes: T frames, F feet, K joints; leading axes are batches. Per cent of body weight = 100 · force / (mass ·
+g).
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from simrecon.metrics.pose import mean_known
 from simrecon.types import Array
 
 GRAVITY_MPS2 = 9.81
+UP_MPS2 = np.array([0.0, 0.0, GRAVITY_MPS2])
 LOADED_N = 20.0
 """A force plate under less than this is not loaded (the usual threshold of gait laboratories)."""
 
@@ -24,24 +26,24 @@ def body_weight_pct(force_N: Array, mass_kg: float) -> Array:
 def implied_grf(com_m: Array, mass_kg: float, interval_s: float) -> Array:
     """The force that a kinematic motion asks of the ground, N, (..., T, 3) → (..., T - 2, 3).
 
-    Rempe 2020, section 4.3: m (c̈ + g), with the acceleration of the centre of mass by second differences; entry
-    i belongs to frame i + 1. All frames count, in contact or not: a ballistic motion asks for nothing.
+    Rempe 2020, section 4.3: m (c̈ + g), with the acceleration of the centre of mass by second differences;
+    entry i belongs to frame i + 1. All frames count, in contact or not: a ballistic motion asks for nothing.
     """
     com_acc = np.diff(com_m, 2, axis=-2) / interval_s**2  # (..., T-2, 3)
-    return np.asarray(mass_kg * (com_acc + [0.0, 0.0, GRAVITY_MPS2]))
+    return np.asarray(mass_kg * (com_acc + UP_MPS2))
 
 
 def mean_grf_pct(force_N: Array, mass_kg: float) -> Array:
     """Mean GRF: norm of the mean force, percent of body weight, (..., T, 3) → (...).
 
-    Rempe 2020 table 2, "as a percentage of the force exerted by an idle person". Over a motion that starts and
-    ends at rest it is 100.
+    Rempe 2020 table 2, "as a percentage of the force exerted by an idle person". Over a motion that starts
+    and ends at rest it is 100.
     """
     return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg).mean(-2), axis=-1))
 
 
 def max_grf_pct(force_N: Array, mass_kg: float) -> Array:
-    """Max GRF: greatest norm of the force, percent of body weight, (..., T, 3) → (...). Rempe 2020 table 2."""
+    """Max GRF (Rempe 2020 table 2): greatest force, percent of body weight, (..., T, 3) → (...)."""
     return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).max(-1))
 
 
@@ -66,13 +68,13 @@ def flight_frames(clearance: Array, least_m: float = 0.05) -> Flags:
 
     The frames beside are left out because forces and accelerations are of an interval.
     """
-    high = (clearance > least_m).all(-1)
+    high = np.asarray((clearance > least_m).all(-1))
     padded = np.concatenate((high[:1], high, high[-1:]))
     return np.asarray(padded[:-2] & padded[1:-1] & padded[2:])
 
 
 def grf_mae_pct(force_N: Array, measured_N: Array, mass_kg: float) -> Array:
-    """Mean absolute error of each component, percent of body weight, (..., T, 3) → (..., 3); NaN is left out."""
+    """Mean absolute error of each component, percent of body weight, (..., T, 3) → (..., 3), less NaN."""
     return body_weight_pct(mean_known(np.abs(force_N - measured_N), (-2,)), mass_kg)
 
 
@@ -97,8 +99,10 @@ def centre_of_pressure_error(
     """Mean horizontal distance of centres of pressure where both are loaded, m; NaN if they never are.
 
     Args:
-        centre_m: (T, F, 3); measured_m: (T, F, 3).
-        force_N: (T, F) vertical; measured_N: (T, F).
+        centre_m: (T, F, 3).
+        measured_m: (T, F, 3).
+        force_N: (T, F) vertical.
+        measured_N: (T, F) vertical.
         loaded_N: from which a foot counts as loaded.
     """
     distance = np.linalg.norm((centre_m - measured_m)[..., :2], axis=-1)  # (T, F)
@@ -126,8 +130,8 @@ def peak_power(torque_Nm: Array, rate_radps: Array, mass_kg: float) -> float:
 def residual_pct(com_velocity_mps: Array, force_N: Array, mass_kg: float, interval_s: Array | float) -> Array:
     """Force on the body that contact does not explain, percent of body weight, (..., T, 3) → (..., T - 1).
 
-    ‖m (Δċ/Δt + g) − F‖ over each interval, with F the mean force in it. Hicks et al. 2015 ask for residuals below
-    5 % of the peak external force; a simulation has what its time steps leave.
+    ‖m (Δċ/Δt + g) − F‖ over each interval, with F the mean force in it. Hicks et al. 2015 ask for residuals
+    below 5 % of the peak external force; a simulation has what its time steps leave.
 
     Args:
         com_velocity_mps: (..., T, 3) velocity of the centre of mass at the frames.
@@ -136,5 +140,5 @@ def residual_pct(com_velocity_mps: Array, force_N: Array, mass_kg: float, interv
         interval_s: between frames, () or (T - 1,).
     """
     com_acc = np.diff(com_velocity_mps, axis=-2) / np.asarray(interval_s)[..., None]  # (..., T-1, 3)
-    residual = mass_kg * (com_acc + [0.0, 0.0, GRAVITY_MPS2]) - force_N[..., 1:, :]
+    residual = mass_kg * (com_acc + UP_MPS2) - force_N[..., 1:, :]
     return np.asarray(np.linalg.norm(body_weight_pct(residual, mass_kg), axis=-1))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from simrecon.metrics import bodies, contact, dynamics, pose, smoothness
+from simrecon.metrics import bodies, contact, dynamics, pose
 from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import Series, of_frames
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, at, canonical, check_names, covered_times
@@ -119,7 +119,9 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
     joints = truth.at(times_s, names)
     interval = float(np.median(np.diff(times_s)))
     slow = every(times_s, PAPER_HZ)
-    resting = contact.reference_contacts(truth.at(slow, feet), 1 / PAPER_HZ) if feet else np.zeros((1, 0), bool)
+    resting = (
+        contact.reference_contacts(truth.at(slow, feet), 1 / PAPER_HZ) if feet else np.zeros((1, 0), bool)
+    )
     parts = bodies.bones(names, joints, scene)
     clearance = bodies.bone_clearance(parts, names, joints, scene)
     return Clip(
@@ -138,7 +140,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
 def every(times_s: Array, rate_hz: float) -> Array:
     """Times over the same span at another rate, at least three."""
     count = max(3, int(np.floor((times_s[-1] - times_s[0]) * rate_hz + 1e-6)) + 1)
-    return times_s[0] + np.arange(count, dtype=np.float64) / rate_hz
+    return np.asarray(times_s[0] + np.arange(count, dtype=np.float64) / rate_hz)
 
 
 def accuracy(motion: Track, on: Clip) -> Scores:
@@ -156,11 +158,15 @@ def accuracy(motion: Track, on: Clip) -> Scores:
         "mpjpe_g_mm": of_frames(pose.distances(a, b), scale=1e3),
         "mpjpe_mm": of_frames(pose.distances(local, truth_local), scale=1e3),
         "mpjpe_pa_mm": of_frames(pose.distances(_procrustes(a, b), b), scale=1e3),
-        "mpjpe_g_align1_mm": of_frames(pose.distances(a - root[:1, None], b - truth_root[:1, None]), scale=1e3),
+        "mpjpe_g_align1_mm": of_frames(
+            pose.distances(a - root[:1, None], b - truth_root[:1, None]), scale=1e3
+        ),
         "root_mm": of_frames(np.linalg.norm(root - truth_root, axis=-1), scale=1e3),
         "velocity_mps": of_frames(pose.distances(np.diff(a, axis=0), np.diff(b, axis=0)), scale=1 / dt),
         "velocity_gartner_mps": of_frames(np.abs(contact.steps(a) - contact.steps(b)), scale=1 / dt),
-        "accel_mps2": of_frames(pose.distances(np.diff(a, 2, axis=0), np.diff(b, 2, axis=0)), scale=1 / dt**2),
+        "accel_mps2": of_frames(
+            pose.distances(np.diff(a, 2, axis=0), np.diff(b, 2, axis=0)), scale=1 / dt**2
+        ),
         "pck_pct": _pck(local, truth_local),
         **_world(motion, on),
         **_xie(motion, on),
@@ -249,7 +255,7 @@ def plausibility(motion: Track, on: Clip) -> Scores:
         return found
     clearance = bodies.bone_clearance(on.parts, names, joints, on.scene)  # (T, C)
     deep = (clearance < -contact.PENETRATION_TOLERANCE_M).any(-1)
-    depth = np.maximum(0.0, -clearance.min(-1))
+    depth = np.asarray(np.maximum(0.0, -clearance.min(-1)))
     f1 = contact.contact_f1(
         contact.touching(clearance, bodies.bone_speed(on.parts, names, joints, on.interval_s)), on.touching
     )
@@ -280,7 +286,9 @@ def _rempe(motion: Track, on: Clip) -> Scores:
             "floating_rempe_pct": of_frames(
                 1.0 * (height > contact.FLOATING_MIN_M), on.contacts & known, scale=100.0
             ),
-            "penetration_rempe_pct": of_frames(1.0 * (height < -contact.PENETRATION_MIN_M), known, scale=100.0),
+            "penetration_rempe_pct": of_frames(
+                1.0 * (height < -contact.PENETRATION_MIN_M), known, scale=100.0
+            ),
             "skate_rempe_pct": of_frames(moves, resting, scale=100.0),
             "skate_wham_mm": of_frames(step, still, scale=1e3),
         }

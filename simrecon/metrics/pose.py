@@ -1,4 +1,4 @@
-"""How far joints are from a reference's, as pure functions of arrays; docs/metrics.md sets the variants apart.
+"""How far joints are from a reference's, as pure functions of arrays (docs/metrics.md).
 
 Axes: T frames, J joints; leading axes are batches. Metres and seconds unless a name says otherwise. Means
 skip joints that are NaN in either motion; without any known joint a score is NaN.

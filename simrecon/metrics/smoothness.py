@@ -50,7 +50,7 @@ def e_foot_z(feet: Array, truth_feet: Array) -> Array:
 
 
 def e_foot_vxy(feet: Array, truth_feet: Array) -> Array:
-    """e_foot,vxy: mean norm of the difference of the feet's horizontal steps, m a frame; (..., T, F, 3) → (...).
+    """e_foot,vxy: mean norm of the difference of horizontal steps, m a frame; (..., T, F, 3) → (...).
 
     Xie 2021 eq. 12, at 25 frames a second in their table.
     """

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 
 from simrecon.errors import InputError
@@ -39,7 +41,9 @@ class Series:
         return float(np.sqrt(ratio)) if self.root else ratio
 
 
-def of_frames(values: Array, counted: Array | None = None, *, scale: float = 1.0, root: bool = False) -> Series:
+def of_frames(
+    values: NDArray[Any], counted: NDArray[np.bool_] | None = None, *, scale: float = 1.0, root: bool = False
+) -> Series:
     """The mean of values (T, ...) over all axes as a `Series`; NaN, and what is not counted, is left out.
 
     Args:
@@ -48,7 +52,7 @@ def of_frames(values: Array, counted: Array | None = None, *, scale: float = 1.0
         scale: unit of the score.
         root: as in `Series`; the scale is then of the square.
     """
-    known = np.isfinite(values) if counted is None else np.isfinite(values) & counted.astype(bool)
+    known = np.isfinite(values) if counted is None else np.isfinite(values) & counted
     axes = tuple(range(1, values.ndim))
     numerator = np.where(known, values, 0.0).sum(axes) * scale
     return Series(np.asarray(numerator), np.asarray(known.sum(axes), dtype=np.float64), root)
@@ -65,8 +69,8 @@ def interval(
     """Bootstrap interval of a score over frames in blocks.
 
     Circular block bootstrap (Politis & Romano 1992) with percentile limits: frames are drawn in runs of
-    consecutive ones, so that their correlation stays. The same generator state draws the same frames for every
-    series of the same length, so that methods are compared on the same resamples.
+    consecutive ones, so that their correlation stays. The same generator state draws the same frames for
+    every series of the same length, so that methods are compared on the same resamples.
 
     Args:
         series: T frames.
@@ -111,8 +115,9 @@ def intervals(
 def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:
     """Zero-lag Butterworth low-pass along the first axis, (T, ...) → (T, ...).
 
-    Run forwards and backwards (Winter 2009, section 2.2.4.4), so a filter of order 4 is two passes of order 2,
-    each with its cut-off raised by the factor of that section, so that both together have the one asked for.
+    Run forwards and backwards (Winter 2009, section 2.2.4.4), so a filter of order 4 is two passes of order
+    2, each with its cut-off raised by the factor of that section, so that both together have the one asked
+    for.
 
     Args:
         values: finite.

@@ -1,4 +1,4 @@
-"""Scores of a result folder beside its input, its kinematic fit and other methods, as `simrecon eval` prints them."""
+"""Scores of a result folder beside its input, its kinematic fit and other methods, for `simrecon eval`."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _both(motion: joints.Track, on: Clip) -> Scores:
 
 
 def text(table: Table) -> str:
-    """Scores as aligned text: one line a score, a column a motion, the result's interval, and the definition."""
+    """Scores as aligned text: a line for each score, a column for each motion, and the definition."""
     columns = list(table.values)
     lines = [["", *columns, "[result]" if table.bootstrap else "", ""]]
     for group, names in GROUPS.items():
@@ -119,8 +119,8 @@ def text(table: Table) -> str:
         return "\n".join(body)
     how = table.bootstrap
     note = (
-        f"[ ] {100 * how['level']:.0f} % interval of the result: {how['samples']:.0f} resamples of frames in blocks "
-        f"of {how['block_s']:g} s, seed {how['seed']:.0f}"
+        f"[ ] {100 * how['level']:.0f} % interval of the result: {how['samples']:.0f} resamples of frames "
+        f"in blocks of {how['block_s']:g} s, seed {how['seed']:.0f}"
     )
     return "\n".join([*body, "", note])
 

@@ -159,8 +159,9 @@ def reported(of: Simulated) -> Scores:
 def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip, mass_kg: float) -> Scores:
     """Contact forces against those that plates measured, at the reference's times.
 
-    The first scores take all frames, the whole force of the scene, and no filter. The others take the force on the
-    feet, low-passed on both sides at the reference's cut-off, in frames in which no foot stood beside its plate.
+    The first scores take all frames, the whole force of the scene, and no filter. The others take the force
+    on the feet, low-passed on both sides at the reference's cut-off, in frames in which no foot stood beside
+    its plate.
 
     Args:
         of: the result.
@@ -203,7 +204,8 @@ def filtered(
     """Force on the feet against the plates, both low-passed, percent of body weight.
 
     Args:
-        feet: (T, 2, 3) N; measured: (T, 2, 3) N.
+        feet: (T, 2, 3) N.
+        measured: (T, 2, 3) N.
         known: (T,) frames that count.
         interval_s: between frames.
         cutoff_hz: of the filter.
