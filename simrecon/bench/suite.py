@@ -21,8 +21,8 @@ DROPS = ("keypoints", "joints")
 PLACES = ("seat", "platform")
 ROWS = ("clip", "variant", "method")
 MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
-RUN_SCORES = ("seconds_per_second", "stepping_share", "fallback", "replay_exact")
-"""What a run says of itself, as scores of the motion `run`."""
+RUN_SCORES = ("seconds_per_second", "stepping_share", "fallback", "replay_exact", "check_qpos_error")
+"""What a run, and the independent script, say of it, as scores of the motion `run`."""
 
 
 @dataclass(frozen=True)

@@ -220,9 +220,8 @@ def _line(
     cells = [name]
     for column in table.columns:
         shown = [(motion, score(motion, column.score)) for motion in column.of]
-        # what a clip lacks, such as an estimate in the world, is left out where something else stands
-        known = [_number(found, column.digits) for _, found in shown if math.isfinite(found)]
-        cell = " → ".join(known) or MISSING
+        known = any(math.isfinite(found) for _, found in shown)
+        cell = " → ".join(_number(found, column.digits) for _, found in shown) if known else MISSING
         if column.interval and clip is not None:
             cell += _interval(runs, clip, variant, column)
         cells.append(cell)

@@ -120,6 +120,8 @@ def _execute(task: Task) -> dict[str, Any]:
     if task.evaluator is not None:
         command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
         said["check"] = json.loads(subprocess.check_output(command, text=True))
+        if "replay" in said["check"]:
+            said["run"]["check_qpos_error"] = float(said["check"]["replay"]["max_qpos_error"])
     return said
 
 

@@ -17,7 +17,7 @@ def sliding(speed_mps: float, frames: int = 31) -> Array:
 
 
 def test_a_foot_that_slides_at_half_a_metre_a_second() -> None:
-    """1.67 cm a frame at 30 fps, under the papers' 2 cm; at 15 fps over it: those scores depend on the rate."""
+    """1.67 cm a frame at 30 fps, under the papers' 2 cm; at 15 fps over it: those depend on the rate."""
     feet, resting = sliding(0.5), np.ones((31, 2), dtype=bool)
     assert contact.skate_wham_mm(feet, np.zeros_like(feet)) == pytest.approx(0.5 * 500 / FPS)
     assert contact.footskate_pct(feet, np.zeros((31, 2))) == 0
