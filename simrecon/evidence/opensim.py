@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.content import open_content
+from simrecon.evidence.mocap import trc
+from simrecon.evidence.options import UNITS_M
 from simrecon.types import Array
 
-UNITS_M = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001}
 _HEADER_LINES = 200
-_TRC_COLUMNS = "a line of marker names that begins with Frame# and Time"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,38 +72,26 @@ def to_world(vectors: Array) -> Array:
 
 
 def read_trc(path: str | os.PathLike[str]) -> Markers:
-    """Read markers; positions come out in metres and in the world.
+    """Read markers by name; positions come out in metres and in the world.
 
-    Empty cells, and cells that say NaN, are markers that were not seen.
+    Empty cells, and cells that say NaN, are markers that were not seen. `evidence.read` reads the files as
+    evidence of one trial; this is for those who need the markers themselves.
 
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
-    source, lines = os.fspath(path), _lines(path)
-    if not lines or not lines[0].startswith("PathFileType"):
+    content = open_content(path)
+    source = content.source
+    if not trc.matches(content):
         raise InputError(f"{source}: found no PathFileType at the start; valid: a TRC file")
-    keys, values = (line.split("\t") for line in (*lines[1:3], "", "")[:2])
-    settings = {key.strip(): value.strip() for key, value in zip(keys, values, strict=False)}
-    unit = settings.get("Units", "")
+    labels, times, places, unit = trc.parse(content)
     if unit.lower() not in UNITS_M:
         raise InputError(f"{source}: Units: found {unit!r}; valid: {', '.join(UNITS_M)}")
-    cells = (lines[3] if len(lines) > 3 else "").split("\t")
-    if [cell.strip().lower() for cell in cells[:2]] != ["frame#", "time"]:
-        raise InputError(f"{source}: line 4: found {lines[3:4]!r:.80}; valid: {_TRC_COLUMNS}")
-    names = tuple(cell.strip() for cell in cells[2:] if cell.strip())
-    if not names or len(set(names)) < len(names):
-        found = "no names" if not names else f"{_twice(names)} more than once"
-        raise InputError(f"{source}: line 4: found {found}; valid: each marker's name once")
-    width = 2 + 3 * len(names)
-    rows = [
-        _numbers(source, number, line.split("\t"), width)
-        for number, line in enumerate(lines[5:], start=6)
-        if line.strip()
-    ]
-    table = _table(source, rows)
-    points = table[:, 2:].reshape(len(table), -1, 3) * UNITS_M[unit.lower()]
-    points[np.isnan(points).any(-1)] = np.nan
-    return Markers(_times(source, table[:, 1]), names, to_world(points))
+    if len(set(labels)) < len(labels):
+        raise InputError(f"{source}: line 4: found {_twice(labels)} more than once; valid: each name once")
+    if np.isinf(places).any():
+        raise InputError(f"{source}: found infinite values; valid: finite numbers")
+    return Markers(_times(source, times), tuple(labels), to_world(places * UNITS_M[unit.lower()]))
 
 
 def read_mot(path: str | os.PathLike[str]) -> Columns:
@@ -112,7 +100,10 @@ def read_mot(path: str | os.PathLike[str]) -> Columns:
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
-    source, lines = os.fspath(path), _lines(path)
+    content = open_content(path)
+    if content.kind != "text":
+        raise InputError(f"{content.source}: found a file of kind {content.kind}; valid: a MOT or STO file")
+    source, lines = content.source, content.text.splitlines()
     ends = [i for i, line in enumerate(lines[:_HEADER_LINES]) if line.strip().lower() == "endheader"]
     if not ends:
         raise InputError(f"{source}: found no line endheader; valid: a MOT or STO file")
@@ -137,18 +128,7 @@ def read_mot(path: str | os.PathLike[str]) -> Columns:
     return Columns(_times(source, table[:, 0]), tuple(names[1:]), table[:, 1:], degrees == "yes", source)
 
 
-def _lines(path: str | os.PathLike[str]) -> list[str]:
-    try:
-        return Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(
-            f"{os.fspath(path)}: can't be read ({error.strerror}); give an existing file"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{os.fspath(path)}: found bytes that are no text; valid: a text file") from error
-
-
-def _twice(names: tuple[str, ...] | list[str]) -> str:
+def _twice(names: list[str]) -> str:
     return ", ".join(sorted({name for name in names if names.count(name) > 1}))
 
 

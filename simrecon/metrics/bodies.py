@@ -24,6 +24,7 @@ from simrecon.types import Array, Scene
 
 _SAMPLES = np.linspace(0.0, 1.0, 5)  # along a bone; the ends decide over a plane
 _DISTANCE_MAX_M = 1.0
+_HFIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
 FEET = ("left_foot", "right_foot")
 """Primitives that are feet."""
 
@@ -165,7 +166,8 @@ class Configurations:
     Attributes:
         points_m: (T, K, 3) sites; com_m: (T, 3); com_velocity_mps: (T, 3), zero without velocities.
         floor_m: (T, C) signed distance of each part to the ground, at most one metre.
-        scene_m: (T, C) to the nearest thing of the scene, the ground included.
+        scene_m: (T, C) to the nearest thing of the scene, the ground too; height fields and sprung sheets,
+            to which MuJoCo measures no distance, are left out.
         feet_m: (T, 2) height of the lowest corner of each foot over what is under its centre.
     """
 
@@ -198,7 +200,11 @@ def configurations(
     data = mujoco.MjData(model)
     geoms = [model.geom(name).id for name in parts]
     ground = model.geom(scenes.GROUND_GEOM).id
-    items = [i for i in range(model.ngeom) if model.geom(i).name.startswith(scenes.ITEM_PREFIX)]
+    items = [
+        i
+        for i in range(model.ngeom)
+        if model.geom(i).name.startswith(scenes.ITEM_PREFIX) and model.geom_type[i] != _HFIELD
+    ]
     sites, boxes = [model.site(name).id for name in points], [model.geom(name).id for name in FEET]
     person = int(model.jnt_bodyid[0])
     found = []

@@ -67,6 +67,6 @@ def test_platform_is_under_the_first_feet() -> None:
     joints[0] = np.nan
     given = Evidence(np.arange(5) / 30, (), np.empty((5, 0, 2)), np.empty((5, 0)), names, joints, "world")
     (box,) = places.platform(given, 0.3).items
-    assert box.size_m == pytest.approx((0.2 + 0.15 + 0.08, 0.8, 0.3))
+    assert box.parameters["size_m"] == pytest.approx((0.2 + 0.15 + 0.08, 0.8, 0.3))
     assert box.position_m == pytest.approx((1.0, 0.065, 0.0), abs=1e-3)
     assert box.yaw_rad == pytest.approx(np.pi / 2, abs=1e-3)

@@ -80,7 +80,7 @@ def test_a_ballistic_body_asks_for_no_force() -> None:
 
 
 def test_seat_and_floor_both_support() -> None:
-    box = SceneItem("box", "box", (0.0, 0.0, 0.0), (4.0, 4.0, 0.4))
+    box = SceneItem("box", "box", (0.0, 0.0, 0.0), {"size_m": (4.0, 4.0, 0.4)})
     clip = on(Scene(items=(box,)), still() + LIFT)
     found = scores(still() + 0.95 * LIFT, clip)
     assert found["body_penetration_mean_mm"] == pytest.approx(20)
