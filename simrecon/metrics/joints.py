@@ -254,7 +254,7 @@ def plausibility(motion: Track, on: Clip) -> Scores:
     if not np.isfinite(joints).all():
         return found
     clearance = bodies.bone_clearance(on.parts, names, joints, on.scene)  # (T, C)
-    deep = (clearance < -contact.PENETRATION_TOLERANCE_M).any(-1)
+    deep = np.asarray((clearance < -contact.PENETRATION_TOLERANCE_M).any(-1))
     depth = np.maximum(-clearance, 0.0).max(-1)
     f1 = contact.contact_f1(
         contact.touching(clearance, bodies.bone_speed(on.parts, names, joints, on.interval_s)), on.touching
