@@ -292,7 +292,10 @@ class WindowResult:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md."""
+    """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md.
+
+    `kinematic_qpos` (T, nq) is what the simulation was to follow; None in results of earlier versions.
+    """
 
     times_s: Array
     frame_step: IntArray
@@ -310,6 +313,7 @@ class Motion:
     contact_point_m: Array
     contact_slip_mps: Array
     grf_N: Array
+    kinematic_qpos: Array | None = None
 
 
 Report = dict[str, Any]

@@ -217,15 +217,6 @@ def test_read_truth(tmp_path: Path, pose: Array) -> None:
             metrics.read_truth(path)
 
 
-def test_table_aligns_columns_and_marks_gaps() -> None:
-    text = metrics.table({"walk": {"mpjpe_mm": 51.234, "covered": 1.0}, "sit": {"mpjpe_mm": 7.0}})
-    assert text.splitlines() == [
-        "      mpjpe_mm  covered",
-        "walk     51.23        1",
-        "sit          7        -",
-    ]
-
-
 @pytest.mark.parametrize("clip", ["opencap_walk_ts", "synth_walk", "pose2sim_beam"])
 def test_agrees_with_the_independent_check(
     shared_data: Path, tmp_path: Path, rng: np.random.Generator, clip: str
@@ -249,7 +240,7 @@ def test_agrees_with_the_independent_check(
         times, truth.joint_names, joints, truth.times_s, truth.joint_names, truth.joints_m
     )
     assert ours.pop("covered") == pytest.approx(theirs["covered"], abs=5.1e-4)
-    ours.pop("velocity_gartner_mps")
-    assert ours.keys() == theirs["result"].keys()
+    assert ours.keys() >= theirs["result"].keys()
+    ours = {name: ours[name] for name in theirs["result"]}
     assert ours == pytest.approx(theirs["result"], abs=6e-5, rel=0)
     assert ours["mpjpe_g_mm"] > 10

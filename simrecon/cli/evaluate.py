@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+from pathlib import Path
 from typing import Any
 
 from simrecon.cli import arguments
+from simrecon.errors import InputError
 from simrecon.results import scores
 
 
@@ -16,10 +19,39 @@ def add(commands: Any) -> None:
     score.add_argument("result", metavar="OUT", help="result folder")
     score.add_argument("truth", metavar="TRUTH", help="reference (.npz, see docs/formats.md)")
     score.add_argument("evidence", metavar="EVIDENCE", nargs="?", help="what it was made from, scored too")
+    score.add_argument("--input", metavar="EVIDENCE", help="the same as an option")
     score.add_argument("--json", action="store_true", help="print JSON")
+    score.add_argument("-o", dest="output", metavar="FILE", help="write JSON to a file as well")
+    score.add_argument(
+        "--seed",
+        type=arguments.whole(2**63 - 1),
+        default=0,
+        metavar="N",
+        help="of the intervals [%(default)s]",
+    )
 
 
 def _eval(options: argparse.Namespace) -> int:
-    found = scores.score(options.result, options.truth, options.evidence)
-    print(json.dumps(found, indent=1) if options.json else scores.text(found))
+    if options.evidence is not None and options.input is not None:
+        raise InputError(
+            f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one"
+        )
+    given = options.input if options.evidence is None else options.evidence
+    found = scores.score(options.result, options.truth, given, seed=options.seed)
+    content = json.dumps(found.as_dict(), indent=1)
+    if options.output is not None:
+        _write(Path(options.output), content + "\n")
+    print(content if options.json else scores.text(found))
     return 0
+
+
+def _write(target: Path, content: str) -> None:
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(content, encoding="utf-8")
+        os.replace(partial, target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(
+            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
+        ) from error

@@ -153,6 +153,7 @@ def read(folder: Path | str) -> Motion:
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
         contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
+        kinematic_qpos=arrays.finite("kinematic_qpos", ("T", "nq")) if "kinematic_qpos" in arrays else None,
     )
 
 
@@ -174,6 +175,7 @@ def _integers(arrays: Arrays, key: str, low: int, high: int) -> IntArray:
 def _archive(motion: Motion) -> bytes:
     """The bytes of `motion.npz`; same motion, same bytes."""
     content: dict[str, Any] = {item.name: getattr(motion, item.name) for item in dataclasses.fields(motion)}
+    content = {key: value for key, value in content.items() if value is not None}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, schema=SCHEMA, **content)
     return buffer.getvalue()

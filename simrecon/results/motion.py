@@ -107,6 +107,7 @@ def record(
         contact_point_m=centre,
         contact_slip_mps=slip[..., 0],
         grf_N=force.sum(axis=1),
+        kinematic_qpos=problem.qpos[grid],
     )
     depth_mm = 1e3 * np.maximum(0.0, -lowest[simulated])
     return motion, Audit(

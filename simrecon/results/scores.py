@@ -1,101 +1,146 @@
-"""Scores of a result folder, as `simrecon eval` prints them; docs/metrics.md has the details."""
+"""Scores of a result folder beside its input, its kinematic fit and other methods, for `simrecon eval`."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simrecon import evidence, metrics
-from simrecon.errors import InputError
-from simrecon.results import folder as folders
+import numpy as np
 
-Scores = dict[str, dict[str, float]]
+from simrecon import evidence
+from simrecon.metrics import joints, statistics
+from simrecon.metrics.definitions import DEFINITIONS, GROUPS
+from simrecon.metrics.joints import Clip, Scores
+from simrecon.metrics.truth import covered_times, read_truth
+from simrecon.results import simulated
 
-DEFINITIONS = {
-    "covered": "share of the reference's frames that the motion covers",
-    "mpjpe_g_mm": "MPJPE-G: mean distance of 12 joints in the world",
-    "mpjpe_mm": "MPJPE: the same with the roots of every frame joined",
-    "mpjpe_pa_mm": "MPJPE-PA: the same after the best similarity transform of every frame",
-    "mpjpe_g_align1_mm": "MPJPE-G with the roots of the first frame joined (Gärtner 2022)",
-    "root_mm": "mean distance of the roots, which lie between the hips",
-    "velocity_mps": "mean norm of the difference of joint velocities",
-    "velocity_gartner_mps": "mean absolute difference of joint speeds (Gärtner 2022 eq. 10)",
-    "accel_mps2": "mean norm of the difference of joint accelerations",
-    "foot_contact_frames": "heels and toes at rest in the reference; the next four look at these",
-    "footskate_pct": "share of them that move faster than 0.5 m/s",
-    "foot_slide_mps": "mean speed of heels and toes there",
-    "foot_slide_truth_mps": "the same of the reference",
-    "foot_height_err_mm": "mean absolute error of their height",
-}
-"""By score of `metrics.evaluate`."""
-
-OWN_DEFINITIONS = {
-    "footskate_pct": "share of frames in which a foot in contact moves more than 2 cm (Gärtner 2022)",
-    "float_pct": "share of frames with a foot less than 2 cm above its support (Gärtner 2022)",
-    "penetration_mean_mm": "mean depth of the body's lowest point under the ground",
-    "penetration_max_mm": "greatest such depth",
-    "mean_grf_pct_bw": "mean vertical force of the scene, per cent of body weight",
-    "mpjpe_2d_px": "mean distance of landmarks from the detections in the image",
-}
-"""By score of `report.plausibility`, which needs no reference."""
+SCHEMA = "simrecon.scores/1"
+RESULT, KINEMATIC, INPUT, REFERENCE = "result", "kinematic", "input", "reference"
 
 
-def score(folder: Path | str, truth: Path | str, given: Path | str | None = None) -> Scores:
-    """Scores of a result, of what it was made from, and of the simulation without a reference.
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Scores by motion and name.
+
+    Attributes:
+        values: by motion (`result`, `kinematic`, `input`, peers by name, `reference`) and score.
+        intervals: the same, of scores that are means over frames: lower and upper limit.
+        bootstrap: how the intervals were made.
+    """
+
+    values: dict[str, dict[str, float]]
+    intervals: dict[str, dict[str, tuple[float, float]]] = field(default_factory=dict)
+    bootstrap: dict[str, float] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: one entry by motion, then `intervals` and `bootstrap`."""
+        return {
+            "schema": SCHEMA,
+            **self.values,
+            "intervals": {name: {k: list(v) for k, v in row.items()} for name, row in self.intervals.items()},
+            "bootstrap": self.bootstrap,
+        }
+
+
+def score(
+    folder: Path | str, truth: Path | str, given: Path | str | None = None, *, seed: int | None = 0
+) -> Table:
+    """Scores of a result, of what it was made from and follows, of other methods, and of the reference.
 
     Args:
         folder: of the result.
         truth: the reference, `simrecon.truth/1`.
         given: the evidence; its 3D joints are scored as they are where they lie in the world.
+        seed: of the bootstrap; None leaves the intervals out.
 
     Returns:
-        `result`; `input` with evidence in the world; and `simulation`, read from `report.json`. A score that
-        can't be computed is missing.
+        The table; a score that can't be computed is missing.
 
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
-    motion, reference = folders.read(folder), metrics.read_truth(truth)
-    target = (reference.times_s, reference.joint_names, reference.joints_m)
-    scores = {"result": metrics.evaluate(motion.times_s, motion.joint_names, motion.joints_m, *target)}
+    of, reference = simulated.read(folder), read_truth(truth)
+    target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
+    motion = joints.track(of.motion.times_s, of.motion.joint_names, of.motion.joints_m, "motion")
+    times = covered_times(motion.times_s, target.times_s)
+    on = joints.clip(target, times, of.scene, [n for n in motion.names if n in target.names])
+    found: dict[str, Scores] = {RESULT: _both(motion, on)}
+    found[RESULT] |= simulated.geometry(of, of.body) | simulated.forces(of, on) | simulated.reported(of)
+    if reference.plates is not None:
+        mass = reference.mass_kg or of.mass_kg
+        found[RESULT] |= simulated.against_plates(of, reference.plates, target.times_s, on, mass)
+    if of.kinematic is not None:
+        fit = joints.track(motion.times_s, motion.names, of.kinematic.points_m, "kinematic fit")
+        found[KINEMATIC] = _both(fit, on) | simulated.geometry(of, of.kinematic)
     if given is not None:
         seen = evidence.read(given)
         if seen.joint_names and seen.joints_frame == "world":
-            scores["input"] = metrics.evaluate(seen.times_s, seen.joint_names, seen.joints_m, *target)
-    return scores | {"simulation": _own(folder)}
+            found[INPUT] = _both(joints.track(seen.times_s, seen.joint_names, seen.joints_m, "evidence"), on)
+    for name, peer in reference.peers.items():
+        found[name] = _both(joints.Track(target.times_s, target.names, peer), on)
+    found[REFERENCE] = joints.plausibility(target, on)
+    values = {name: scores.values for name, scores in found.items()}
+    values[RESULT] = {"covered": len(times) / len(target.times_s)} | values[RESULT]
+    if seed is None:
+        return Table(values)
+    limits = {
+        name: statistics.intervals(scores.series, on.interval_s, seed=seed) for name, scores in found.items()
+    }
+    known = {
+        name: {key: pair for key, pair in row.items() if np.isfinite(pair).all()}
+        for name, row in limits.items()
+    }
+    how = {"seed": seed, "samples": statistics.SAMPLES, "block_s": statistics.BLOCK_S}
+    return Table(values, known, how | {"level": statistics.LEVEL})
 
 
-def text(scores: Scores) -> str:
-    """Scores as aligned text: one line per score, a column for result and input, and the definition."""
-    columns = [name for name in ("result", "input") if name in scores]
-    lines = [["", *columns, ""]]
-    lines += [_line(name, scores, columns, DEFINITIONS[name]) for name in scores["result"]]
-    own = [[""] * len(lines[0]), ["without reference", *[""] * (len(columns) + 1)]]
-    own += [_line(name, scores, ["simulation"], OWN_DEFINITIONS[name]) for name in scores["simulation"]]
-    if len(own) > 2:
-        lines += [[*row[:2], *[""] * (len(lines[0]) - len(row)), *row[2:]] for row in own]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        "  ".join([name.ljust(widths[0]), *map(str.rjust, values, widths[1:-1]), meaning]).rstrip()
-        for name, *values, meaning in lines
+def _both(motion: joints.Track, on: Clip) -> Scores:
+    return joints.accuracy(motion, on) | joints.plausibility(motion, on)
+
+
+def text(table: Table) -> str:
+    """Scores as aligned text: a line for each score, a column for each motion, and the definition."""
+    columns = list(table.values)
+    lines = [["", *columns, "[result]" if table.bootstrap else "", ""]]
+    for group, names in GROUPS.items():
+        shown = [name for name in names if any(name in table.values[column] for column in columns)]
+        if shown:
+            lines += [[""] * (len(columns) + 3), [group, *[""] * (len(columns) + 2)]]
+            lines += [_line(name, table, columns) for name in shown]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    widths[0] = max(map(len, DEFINITIONS))
+    body = [
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:-1], widths[1:-1]), line[-1]]).rstrip()
+        for line in lines
+    ]
+    if not table.bootstrap:
+        return "\n".join(body)
+    how = table.bootstrap
+    note = (
+        f"[ ] {100 * how['level']:.0f} % interval of the result: {how['samples']:.0f} resamples of frames "
+        f"in blocks of {how['block_s']:g} s, seed {how['seed']:.0f}"
     )
+    return "\n".join([*body, "", note])
 
 
-def _line(name: str, scores: Scores, columns: Sequence[str], meaning: str) -> list[str]:
-    found = (scores[column].get(name) for column in columns)
-    return [name, *("-" if value is None else f"{value:.4g}" for value in found), meaning]
+def _line(name: str, table: Table, columns: list[str]) -> list[str]:
+    found = [number(table.values[column].get(name)) for column in columns]
+    pair = table.intervals.get(RESULT, {}).get(name)
+    limits = "" if pair is None else f"[{number(pair[0])}, {number(pair[1])}]"
+    return [name, *found, limits, DEFINITIONS[name]]
 
 
-def _own(folder: Path | str) -> dict[str, float]:
-    """The plausibility scores in the folder's report."""
-    path = Path(folder) / folders.REPORT
-    try:
-        report: Any = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
-    found = report.get("metrics") if isinstance(report, dict) else None
-    if not isinstance(found, dict):
-        raise InputError(f"{path}: metrics: found {found!r}; valid: the report of a result folder")
-    return {name: float(found[name]) for name in OWN_DEFINITIONS if isinstance(found.get(name), int | float)}
+def number(value: float | None) -> str:
+    """A number of three digits, or all of its whole ones; `-` for none."""
+    if value is None:
+        return "-"
+    if value == 0 or abs(value) < 1e-9:
+        return "0"
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def plain(values: Mapping[str, float]) -> dict[str, float]:
+    """Values that JSON can hold."""
+    return {name: float(value) for name, value in values.items() if np.isfinite(value)}

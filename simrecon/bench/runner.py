@@ -1,0 +1,124 @@
+"""Runs all tasks of a suite, several at once, and writes its tables."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from simrecon.bench import tables
+from simrecon.bench.suite import Suite
+from simrecon.bench.task import Task, execute, machine, tasks
+from simrecon.errors import InputError
+from simrecon.results import report
+
+SCHEMA = "simrecon.bench/1"
+
+Row = dict[str, Any]
+
+
+def run(
+    suite: Suite,
+    data: Path,
+    output: Path,
+    *,
+    jobs: int = 1,
+    threads: int = 0,
+    clips: tuple[str, ...] = (),
+    variants: tuple[str, ...] = (),
+    evaluator: Path | None = None,
+    report_row: Callable[[int, int, Row], None] = lambda *_: None,
+) -> Row:
+    """Run a suite and write `<suite>.json` and `<suite>.md`; runs that are there already are kept.
+
+    Args:
+        suite: what to run.
+        data: folder of the clips.
+        output: folder of runs and tables, which is made.
+        jobs: runs at once.
+        threads: of the simulator in each; 0 shares the cores out among the jobs.
+        clips: names of those to run, or none for all.
+        variants: the same.
+        evaluator: an independent script, see `task.Task`.
+        report_row: called with the number of finished runs, of all, and the row of the one that finished.
+
+    Returns:
+        What is in the JSON.
+
+    Raises:
+        InputError: a folder or name that can't be used.
+    """
+    for kind, wanted, there in (
+        ("clip", clips, [clip.name for clip in suite.clip]),
+        ("variant", variants, [variant.name for variant in suite.variant]),
+    ):
+        if unknown := [name for name in wanted if name not in there]:
+            raise InputError(f"{kind}: found {', '.join(unknown)}; valid: {', '.join(there)}")
+    if not data.is_dir():
+        raise InputError(f"{data}: found no such folder; valid: the folder of the clips")
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{output}: can't be made ({error.strerror}); give a folder in a writable place"
+        ) from error
+    threads = threads or max(1, (os.cpu_count() or 1) // jobs)
+    work = [
+        dataclasses.replace(task, threads=threads)
+        for task in tasks(suite, data.resolve(), output, evaluator)
+        if (not clips or task.clip.name in clips) and (not variants or task.variant.name in variants)
+    ]
+    rows: dict[int, Row] = {}
+    for index, row in _finished(work, jobs):
+        rows[index] = row
+        report_row(len(rows), len(work), row)
+    content: Row = {
+        "schema": SCHEMA,
+        "suite": suite.name,
+        "purpose": suite.purpose,
+        "plan": suite.plan,
+        "seeds": list(suite.seeds),
+        "versions": report.versions(),
+        "machine": machine(),
+        "jobs": jobs,
+        "runs": [rows[index] for index in sorted(rows)],
+    }
+    content["targets"] = tables.targets(suite, content["runs"])
+    write(output / f"{suite.name}.json", json.dumps(content, indent=1) + "\n")
+    write(output / f"{suite.name}.md", tables.page(suite, content))
+    return content
+
+
+def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:
+    """Rows of the tasks by their index, as they finish."""
+    if jobs == 1:
+        for index, task in enumerate(work):
+            yield index, execute(task)
+        return
+    # a fresh interpreter for each worker: a forked one would inherit the simulator's threads
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        waiting = {pool.submit(execute, task): index for index, task in enumerate(work)}
+        for future in as_completed(waiting):
+            yield waiting[future], future.result()
+
+
+def write(target: Path, content: str) -> None:
+    """Write a file, first under a temporary name beside it.
+
+    Raises:
+        InputError: it can't be written.
+    """
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(content, encoding="utf-8")
+        os.replace(partial, target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(
+            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
+        ) from error

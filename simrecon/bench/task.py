@@ -1,0 +1,251 @@
+"""One run of a suite: a clip, a variant and a seed; kept if it is there with the same input and settings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simrecon import evidence as readers
+from simrecon import plan as plans
+from simrecon import reconstruct, resources, results
+from simrecon import scene as scenes
+from simrecon.bench import places, plates
+from simrecon.bench.suite import Clip, Suite, Variant, overridden
+from simrecon.body import names
+from simrecon.errors import InputError, SimreconError
+from simrecon.plan import Plan
+from simrecon.results import report, scores
+from simrecon.types import Evidence, Scene
+
+NOT_IN_KEY = ("bench/", "cli/", "metrics/", "studio/", "batch/", "results/scores.py", "results/simulated.py")
+"""Parts of the package that no motion depends on."""
+RESULT, RECORD = "result", "run.json"
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to run, and where.
+
+    Attributes:
+        suite: it is part of; clip, variant, seed: of it.
+        data: folder of the clips.
+        output: folder of the suite's runs.
+        threads: of the simulator, 0 for one per core.
+        evaluator: an independent script that is run as `evaluator RESULT TRUTH EVIDENCE`, or None.
+    """
+
+    suite: Suite
+    clip: Clip
+    variant: Variant
+    seed: int
+    data: Path
+    output: Path
+    threads: int = 0
+    evaluator: Path | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Of this run."""
+        return (
+            self.output / "runs" / self.clip.name / self.variant.name.replace(" ", "_") / f"seed{self.seed}"
+        )
+
+
+def tasks(suite: Suite, data: Path, output: Path, evaluator: Path | None = None) -> list[Task]:
+    """All runs of a suite, seeds last."""
+    return [
+        Task(suite, clip, variant, seed, data, output, evaluator=evaluator)
+        for clip in suite.clip
+        for variant in suite.variant
+        for seed in suite.seeds
+    ]
+
+
+def execute(task: Task) -> dict[str, Any]:
+    """Run and score.
+
+    Returns:
+        `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
+        `key`, `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
+    """
+    said: dict[str, Any] = {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
+    try:
+        return said | _execute(task)
+    except Exception as error:  # one clip that fails must not end a night of others
+        shown = str(error) if isinstance(error, SimreconError) else traceback.format_exc(limit=-3)
+        return said | {"status": "failed", "message": " ".join(shown.split())}
+
+
+def _execute(task: Task) -> dict[str, Any]:
+    given, truth = _inputs(task)
+    plan = _plan(task)
+    seen = readers.read(given)
+    readers.check_names(seen, names.valid_names(), given)
+    # the scene is part of the clip, so it is placed from all of the evidence
+    scene = _scene(task.clip, task.suite, seen, plans.read(task.suite.plan))
+    key = _key(given, task, plan, scene)
+    folder, record = task.folder / RESULT, task.folder / RECORD
+    status = "kept"
+    if not (folder / "motion.npz").is_file() or _recorded(record) != key:
+        record.unlink(missing_ok=True)
+        made = reconstruct.reconstruct(
+            dropped(seen, task.variant.drop), scene, plan, seed=task.seed, threads=task.threads
+        )
+        results.write(
+            folder,
+            made,
+            plan_name=task.suite.plan,
+            seed=task.seed,
+            threads=task.threads,
+            input_name=given.name,
+        )
+        _write(record, json.dumps({"key": key}) + "\n")
+        status = "done"
+    table = scores.score(folder, truth, given)
+    content = table.as_dict()
+    said = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
+    said["run"] = _run(folder)
+    if task.evaluator is not None:
+        command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
+        said["check"] = json.loads(subprocess.check_output(command, text=True))
+        if "replay" in said["check"]:
+            said["run"]["check_qpos_error"] = float(said["check"]["replay"]["max_qpos_error"])
+    return said
+
+
+def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:
+    """Evidence without its 2D landmarks (`keypoints`) or its 3D estimate (`joints`).
+
+    Raises:
+        InputError: nothing is left.
+    """
+    frames = len(evidence.times_s)
+    for part in parts:
+        if part == "keypoints":
+            points, scored = np.empty((frames, 0, 2)), np.empty((frames, 0))
+            evidence = replace(evidence, keypoint_names=(), keypoints_px=points, scores=scored)
+        else:
+            evidence = replace(
+                evidence, joint_names=(), joints_m=np.empty((frames, 0, 3)), rotation_names=(), rotations=None
+            )
+    if not evidence.keypoint_names and not evidence.joint_names:
+        raise InputError("drop: found nothing left of the evidence; valid: leave 2D landmarks or 3D joints")
+    return evidence
+
+
+def _inputs(task: Task) -> tuple[Path, Path]:
+    """Evidence and reference; those of a trial are made, in a folder of their own."""
+    clip = task.clip
+    if clip.trial is None:
+        return task.data / str(clip.evidence), task.data / str(clip.truth)
+    trial = clip.trial
+    folder = task.output / "trials" / clip.name / f"{task.variant.name.replace(' ', '_')}_{task.seed}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return plates.make(
+        folder,
+        task.data / trial.markers,
+        task.data / trial.static,
+        task.data / trial.forces,
+        mass_kg=trial.mass_kg,
+        cutoff_hz=trial.cutoff_hz,
+        below_m=trial.below_m,
+        feet_on_plates=trial.feet_on_plates,
+        span_s=None if trial.span_s is None else (trial.span_s[0], trial.span_s[1]),
+    )
+
+
+def _plan(task: Task) -> Plan:
+    where = f"{task.suite.name}: variant {task.variant.name}"
+    return overridden(plans.read(task.suite.plan), task.variant.plan, where)
+
+
+def _scene(clip: Clip, suite: Suite, seen: Evidence, plan: Plan) -> Scene:
+    if clip.place is not None:
+        if clip.place.kind == "seat":
+            return places.seat(seen, plan.kinematics)
+        return places.platform(seen, float(clip.place.height_m or 0.0))
+    if clip.scene is None:
+        return Scene()
+    if clip.scene.startswith("example/"):
+        return scenes.read(resources.folder("example") / clip.scene.removeprefix("example/"))
+    return scenes.read(suite.folder / clip.scene)
+
+
+def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
+    """Hash of all that a motion depends on: input, settings, versions and the code itself."""
+    content = {
+        "evidence": hashlib.sha256(given.read_bytes()).hexdigest(),
+        "drop": task.variant.drop,
+        "plan": plans.to_dict(plan),
+        "scene": scenes.dumps(scene),
+        "seed": task.seed,
+        "versions": report.versions(),
+        "code": code_digest(),
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def code_digest() -> str:
+    """Hash of the package's sources and data, less what no motion depends on."""
+    package = Path(reconstruct.__file__).parent
+    found = hashlib.sha256()
+    folders = [package, resources.folder("models")]
+    for folder in folders:
+        for path in sorted(folder.rglob("*")):
+            inside = path.relative_to(folder).as_posix()
+            if path.suffix in (".py", ".toml", ".npz") and not inside.startswith(NOT_IN_KEY):
+                found.update(inside.encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def machine() -> dict[str, Any]:
+    """What the numbers were made on."""
+    model = platform.processor() or platform.machine()
+    memory = None
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        model = next(
+            (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model
+        )
+        memory = round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30)
+    except (OSError, ValueError):
+        pass
+    return {"processor": model, "cores": os.cpu_count(), "memory_GiB": memory, "system": platform.system()}
+
+
+def _recorded(path: Path) -> str | None:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found.get("key") if isinstance(found, dict) else None
+
+
+def _run(folder: Path) -> dict[str, float]:
+    said = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    found = {
+        "seconds_per_second": said["totals"]["seconds_per_second"],
+        "stepping_share": said["totals"]["stepping_share"],
+        "fallback": said["frames"]["fallback"],
+        "replay_exact": said["audit"]["replay_exact"],
+    }
+    return {name: float(value) for name, value in found.items() if value is not None}
+
+
+def _write(target: Path, content: str) -> None:
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    partial.write_text(content, encoding="utf-8")
+    os.replace(partial, target)

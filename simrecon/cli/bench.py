@@ -1,0 +1,76 @@
+"""`simrecon bench`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from simrecon.bench import runner, suite, tables
+from simrecon.cli import arguments
+from simrecon.errors import InputError
+
+EXIT_FAILED = 1
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    bench = arguments.command(commands, "bench", _bench, "run a suite of clips and make its tables")
+    bench.add_argument("suite", metavar="SUITE", help=f"{', '.join(suite.names())}, or a path")
+    bench.add_argument("--data", metavar="DIR", required=True, help="folder of the clips")
+    bench.add_argument("-o", dest="output", metavar="OUT", required=True, help="folder of runs and tables")
+    bench.add_argument(
+        "--jobs", type=arguments.whole(256), default=1, metavar="N", help="runs at once [%(default)s]"
+    )
+    bench.add_argument(
+        "--threads",
+        type=arguments.whole(1024),
+        default=0,
+        metavar="N",
+        help="of each run; 0: cores over jobs",
+    )
+    bench.add_argument("--plan", metavar="NAME", help="another plan than the suite's")
+    bench.add_argument("--clips", nargs="+", default=(), metavar="NAME", help="only these")
+    bench.add_argument("--variants", nargs="+", default=(), metavar="NAME", help="only these")
+    bench.add_argument(
+        "--evaluator", metavar="FILE", help="independent script, run as FILE RESULT TRUTH EVIDENCE"
+    )
+    bench.add_argument("--write", metavar="FILE", help="Markdown whose part of this suite is replaced")
+
+
+def _bench(options: argparse.Namespace) -> int:
+    if options.jobs < 1:
+        raise InputError(f"--jobs: found {options.jobs}; valid: 1 or more")
+    chosen = suite.read(options.suite)
+    if options.plan is not None:
+        chosen = suite.with_plan(chosen, options.plan)
+    page = Path(options.write) if options.write else None
+    if page is not None and not page.parent.is_dir():
+        raise InputError(f"--write: found no folder {page.parent}; valid: a file in an existing folder")
+    content = runner.run(
+        chosen,
+        Path(options.data),
+        Path(options.output),
+        jobs=options.jobs,
+        threads=options.threads,
+        clips=tuple(options.clips),
+        variants=tuple(options.variants),
+        evaluator=Path(options.evaluator) if options.evaluator else None,
+        report_row=_say,
+    )
+    text = tables.page(chosen, content)
+    if page is not None:
+        before = page.read_text(encoding="utf-8") if page.is_file() else ""
+        runner.write(page, tables.replaced(before, chosen.name, text))
+    print(text, end="")
+    return EXIT_FAILED if any(row["status"] == "failed" for row in content["runs"]) else 0
+
+
+def _say(done: int, count: int, row: dict[str, Any]) -> None:
+    said = row["status"] if row["status"] != "failed" else f"failed: {row['message']}"
+    print(
+        f"{done}/{count}  {row['clip']}, {row['variant']}, seed {row['seed']}: {said}",
+        file=sys.stderr,
+        flush=True,
+    )

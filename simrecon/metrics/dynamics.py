@@ -1,0 +1,144 @@
+"""Forces, torques and power, as pure functions of arrays; docs/metrics.md sets the variants apart.
+
+Axes: T frames, F feet, K joints; leading axes are batches. Per cent of body weight = 100 · force / (mass ·
+g).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simrecon.metrics.contact import Flags
+from simrecon.metrics.pose import mean_known
+from simrecon.types import Array
+
+GRAVITY_MPS2 = 9.81
+UP_MPS2 = np.array([0.0, 0.0, GRAVITY_MPS2])
+LOADED_N = 20.0
+"""A force plate under less than this is not loaded (the usual threshold of gait laboratories)."""
+
+
+def body_weight_pct(force_N: Array, mass_kg: float) -> Array:
+    """Force in percent of body weight."""
+    return np.asarray(100.0 * force_N / (mass_kg * GRAVITY_MPS2))
+
+
+def implied_grf(com_m: Array, mass_kg: float, interval_s: float) -> Array:
+    """The force that a kinematic motion asks of the ground, N, (..., T, 3) → (..., T - 2, 3).
+
+    Rempe 2020, section 4.3: m (c̈ + g), with the acceleration of the centre of mass by second differences;
+    entry i belongs to frame i + 1. All frames count, in contact or not: a ballistic motion asks for nothing.
+    """
+    com_acc = np.diff(com_m, 2, axis=-2) / interval_s**2  # (..., T-2, 3)
+    return np.asarray(mass_kg * (com_acc + UP_MPS2))
+
+
+def mean_grf_pct(force_N: Array, mass_kg: float) -> Array:
+    """Mean GRF: norm of the mean force, percent of body weight, (..., T, 3) → (...).
+
+    Rempe 2020 table 2, "as a percentage of the force exerted by an idle person". Over a motion that starts
+    and ends at rest it is 100.
+    """
+    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg).mean(-2), axis=-1))
+
+
+def max_grf_pct(force_N: Array, mass_kg: float) -> Array:
+    """Max GRF (Rempe 2020 table 2): greatest force, percent of body weight, (..., T, 3) → (...)."""
+    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).max(-1))
+
+
+def ballistic_grf_pct(force_N: Array, flight: Flags, mass_kg: float) -> float:
+    """Ballistic GRF: median norm of the force while nothing should touch, percent of body weight.
+
+    Rempe 2020 table 2: "median GRF on the COM when no feet joints should be in contact according to ground
+    truth labels". NaN without flight.
+
+    Args:
+        force_N: (T, 3).
+        flight: (T,) frames in which the reference touches nothing.
+        mass_kg: of the person.
+    """
+    if not flight.any():
+        return float("nan")
+    return float(np.median(np.linalg.norm(body_weight_pct(force_N[flight], mass_kg), axis=-1)))
+
+
+def flight_frames(clearance: Array, least_m: float = 0.05) -> Flags:
+    """Frames in which no part is nearer to its support than 5 cm, nor in the frames beside, (T, C) → (T,).
+
+    The frames beside are left out because forces and accelerations are of an interval.
+    """
+    high = np.asarray((clearance > least_m).all(-1))
+    padded = np.concatenate((high[:1], high, high[-1:]))
+    return np.asarray(padded[:-2] & padded[1:-1] & padded[2:])
+
+
+def grf_mae_pct(force_N: Array, measured_N: Array, mass_kg: float) -> Array:
+    """Mean absolute error of each component, percent of body weight, (..., T, 3) → (..., 3), less NaN."""
+    return body_weight_pct(mean_known(np.abs(force_N - measured_N), (-2,)), mass_kg)
+
+
+def grf_rmse_pct(force_N: Array, measured_N: Array, mass_kg: float) -> Array:
+    """Root mean squared error of each component, percent of body weight, (..., T, 3) → (..., 3)."""
+    return body_weight_pct(np.sqrt(mean_known(np.square(force_N - measured_N), (-2,))), mass_kg)
+
+
+def correlation(a: Array, b: Array) -> float:
+    """Pearson correlation of two series (T,) where both are known; NaN if one of them is constant."""
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < 2:
+        return float("nan")
+    x, y = a[known] - a[known].mean(), b[known] - b[known].mean()
+    norm = float(np.linalg.norm(x) * np.linalg.norm(y))
+    return float(x @ y) / norm if norm > 0 else float("nan")
+
+
+def centre_of_pressure_error(
+    centre_m: Array, measured_m: Array, force_N: Array, measured_N: Array, loaded_N: float = LOADED_N
+) -> float:
+    """Mean horizontal distance of centres of pressure where both are loaded, m; NaN if they never are.
+
+    Args:
+        centre_m: (T, F, 3).
+        measured_m: (T, F, 3).
+        force_N: (T, F) vertical.
+        measured_N: (T, F) vertical.
+        loaded_N: from which a foot counts as loaded.
+    """
+    distance = np.linalg.norm((centre_m - measured_m)[..., :2], axis=-1)  # (T, F)
+    loaded = (force_N > loaded_N) & (measured_N > loaded_N) & np.isfinite(distance)
+    return float(distance[loaded].mean()) if loaded.any() else float("nan")
+
+
+def joint_power(torque_Nm: Array, rate_radps: Array) -> Array:
+    """Power of each joint, W: torque times angular velocity, both (..., T, 3 K) → (..., T, K)."""
+    product = torque_Nm * rate_radps
+    return np.asarray(product.reshape(*product.shape[:-1], -1, 3).sum(-1))
+
+
+def peak_torque(torque_Nm: Array, mass_kg: float) -> float:
+    """Greatest torque of a joint per body mass, Nm/kg: norm of its three components, (T, 3 K)."""
+    norms = np.linalg.norm(torque_Nm.reshape(len(torque_Nm), -1, 3), axis=-1)
+    return float(norms.max()) / mass_kg
+
+
+def peak_power(torque_Nm: Array, rate_radps: Array, mass_kg: float) -> float:
+    """Greatest power, in or out, of a joint per body mass, W/kg; arguments as in `joint_power`, (T, 3 K)."""
+    return float(np.abs(joint_power(torque_Nm, rate_radps)).max()) / mass_kg
+
+
+def residual_pct(com_velocity_mps: Array, force_N: Array, mass_kg: float, interval_s: Array | float) -> Array:
+    """Force on the body that contact does not explain, percent of body weight, (..., T, 3) → (..., T - 1).
+
+    ‖m (Δċ/Δt + g) − F‖ over each interval, with F the mean force in it. Hicks et al. 2015 ask for residuals
+    below 5 % of the peak external force; a simulation has what its time steps leave.
+
+    Args:
+        com_velocity_mps: (..., T, 3) velocity of the centre of mass at the frames.
+        force_N: (..., T, 3) mean of all contact forces since the frame before.
+        mass_kg: of the person.
+        interval_s: between frames, () or (T - 1,).
+    """
+    com_acc = np.diff(com_velocity_mps, axis=-2) / np.asarray(interval_s)[..., None]  # (..., T-1, 3)
+    residual = mass_kg * (com_acc + UP_MPS2) - force_N[..., 1:, :]
+    return np.asarray(np.linalg.norm(body_weight_pct(residual, mass_kg), axis=-1))

@@ -1,0 +1,139 @@
+"""Intervals of scores, and the low-pass filter of force comparisons; pure functions of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from simrecon.errors import InputError
+from simrecon.types import Array
+
+BLOCK_S = 0.5
+"""Length of a block: poses half a second apart are nearly independent, neighbours are not."""
+SAMPLES = 1000
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A score that is a ratio of sums over frames: value = power(Σ numerator / Σ weight).
+
+    Attributes:
+        numerator: (T,), 0 where the weight is 0.
+        weight: (T,).
+        root: take the square root of the ratio (root mean squared errors).
+    """
+
+    numerator: Array
+    weight: Array
+    root: bool = False
+
+    @property
+    def value(self) -> float:
+        """The score; NaN if nothing counts."""
+        total = float(self.weight.sum())
+        ratio = float(self.numerator.sum()) / total if total > 0 else float("nan")
+        return float(np.sqrt(ratio)) if self.root else ratio
+
+
+def of_frames(
+    values: NDArray[Any], counted: NDArray[np.bool_] | None = None, *, scale: float = 1.0, root: bool = False
+) -> Series:
+    """The mean of values (T, ...) over all axes as a `Series`; NaN, and what is not counted, is left out.
+
+    Args:
+        values: (T, ...).
+        counted: (T, ...) of True where a value counts, or None for all.
+        scale: unit of the score.
+        root: as in `Series`; the scale is then of the square.
+    """
+    known = np.isfinite(values) if counted is None else np.isfinite(values) & counted
+    axes = tuple(range(1, values.ndim))
+    numerator = np.where(known, values, 0.0).sum(axes) * scale
+    return Series(np.asarray(numerator), np.asarray(known.sum(axes), dtype=np.float64), root)
+
+
+def interval(
+    series: Series,
+    block_frames: int,
+    rng: np.random.Generator,
+    *,
+    samples: int = SAMPLES,
+    level: float = LEVEL,
+) -> tuple[float, float]:
+    """Bootstrap interval of a score over frames in blocks.
+
+    Circular block bootstrap (Politis & Romano 1992) with percentile limits: frames are drawn in runs of
+    consecutive ones, so that their correlation stays. The same generator state draws the same frames for
+    every series of the same length, so that methods are compared on the same resamples.
+
+    Args:
+        series: T frames.
+        block_frames: length of a block, at most a quarter of the series.
+        rng: of the draws.
+        samples: number of resamples.
+        level: of the interval.
+
+    Returns:
+        Lower and upper limit; NaN if nothing counts.
+    """
+    frames = len(series.weight)
+    if not series.weight.any():
+        return float("nan"), float("nan")
+    block = int(np.clip(block_frames, 1, max(1, frames // 4)))
+    starts = rng.integers(frames, size=(samples, -(-frames // block)))  # (S, blocks)
+    rows = (starts[..., None] + np.arange(block)).reshape(samples, -1)[:, :frames] % frames  # (S, T)
+    total, weight = series.numerator[rows].sum(1), series.weight[rows].sum(1)  # (S,)
+    ratios = total[weight > 0] / weight[weight > 0]
+    if not len(ratios):
+        return float("nan"), float("nan")
+    tail = 50.0 * (1.0 - level)
+    low, high = np.percentile(np.sqrt(ratios) if series.root else ratios, (tail, 100.0 - tail))
+    return float(low), float(high)
+
+
+def intervals(
+    found: Mapping[str, Series], interval_s: float, *, seed: int = 0, block_s: float = BLOCK_S
+) -> dict[str, tuple[float, float]]:
+    """`interval` of each score, all on the same resamples.
+
+    Args:
+        found: by name.
+        interval_s: between frames.
+        seed: of the draws.
+        block_s: length of a block.
+    """
+    block = max(1, round(block_s / interval_s))
+    return {name: interval(series, block, np.random.default_rng(seed)) for name, series in found.items()}
+
+
+def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:
+    """Zero-lag Butterworth low-pass along the first axis, (T, ...) → (T, ...).
+
+    Run forwards and backwards (Winter 2009, section 2.2.4.4), so a filter of order 4 is two passes of order
+    2, each with its cut-off raised by the factor of that section, so that both together have the one asked
+    for.
+
+    Args:
+        values: finite.
+        interval_s: between rows.
+        cutoff_hz: where amplitude falls to 0.707; below half the sampling rate.
+        order: even, of both passes together.
+
+    Raises:
+        InputError: a cut-off that the sampling rate doesn't allow, or too few rows.
+    """
+    passes = order // 2
+    # One pass of order n has |H|² = 1 / (1 + w^2n); two in a row are at 1/√2 where w^2n = √2 − 1.
+    raised = np.tan(np.pi * cutoff_hz * interval_s) / (np.sqrt(2.0) - 1.0) ** (0.5 / passes)
+    corner = 2.0 * np.arctan(raised) / np.pi if 0 < cutoff_hz * interval_s < 0.5 else 1.0
+    if not 0 < corner < 1:
+        raise InputError(f"cut-off: found {cutoff_hz:g} Hz; valid: above 0, below {0.5 / interval_s:g} Hz")
+    sections = signal.butter(passes, corner, output="sos")
+    pad = min(len(values) - 1, round(1.0 / (cutoff_hz * interval_s)))
+    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))

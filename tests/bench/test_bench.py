@@ -1,0 +1,261 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simrecon import cli, evidence
+from simrecon import plan as plans
+from simrecon.bench import runner, suite, tables, task
+from simrecon.errors import InputError
+from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
+from simrecon.types import Camera, Evidence
+
+SUITE = """
+purpose = "A person stands."
+plan = "quick"
+seeds = [0, 1]
+
+[[clip]]
+name = "stand"
+evidence = "stand.npz"
+truth = "truth.npz"
+
+[[variant]]
+name = "full"
+plan = { "optimiser.population" = 4, "optimiser.generations" = 1, "kinematics.evaluations" = 20 }
+
+[[variant]]
+name = "no prior"
+paper = "w/o prior"
+
+[variant.plan]
+"optimiser.population" = 4
+"optimiser.generations" = 1
+"kinematics.evaluations" = 20
+"loss.prior" = 0.0
+
+[[table]]
+title = "Accuracy"
+rows = "clip"
+columns = [{ title = "MPJPE-G", score = "mpjpe_g_mm", of = ["input", "result"], interval = true }]
+
+[[table]]
+title = "Variants"
+rows = "variant"
+columns = [{ title = "MPJPE-G", score = "mpjpe_g_mm" }]
+
+[[table]]
+title = "Methods"
+rows = "method"
+columns = [{ title = "MPJPE-G", score = "mpjpe_g_mm" }]
+
+[[target]]
+text = "stands"
+score = "mpjpe_g_mm"
+must = [{ measure = "worst", at_most = 1000.0 }]
+reach = [{ measure = "mean", at_most = 0.0 }]
+"""
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with half a second of a person who stands, and a suite of it."""
+    from simrecon import body as bodies
+
+    folder = tmp_path_factory.mktemp("data")
+    skeleton = bodies.scaled({}, 1.7)
+    places = bodies.t_pose_m(skeleton)[skeleton.point_segments] + skeleton.point_offsets_m
+    at = dict(zip(skeleton.point_names, places, strict=True))
+    names = (*BODY_JOINTS, *FOOT_POINTS)
+    joints = np.repeat(np.array([at[name] for name in names])[None], 15, axis=0)
+    joints -= [0.0, 0.0, joints[..., 2].min() - 0.02]
+    pose = np.eye(4)
+    pose[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+    pose[:3, 3] = [0, 1, 4]
+    matrix = np.array([[800.0, 0, 640], [0, 800.0, 360], [0, 0, 1]])
+    given = Evidence(
+        np.arange(15) / 30,
+        (),
+        np.empty((15, 0, 2)),
+        np.empty((15, 0)),
+        names,
+        joints,
+        "world",
+        camera=Camera(matrix, np.zeros(5), pose, (1280, 720)),
+    )
+    evidence.write(folder / "stand.npz", given)
+    np.savez(
+        folder / "truth.npz",
+        schema=TRUTH_SCHEMA,
+        times_s=given.times_s,
+        joint_names=names,
+        joints_m=joints,
+        peer_names=["other"],
+        peer_joints_m=joints[None] + [0.0, 0.1, 0.0],
+    )
+    (folder / "tiny.toml").write_text(SUITE, encoding="utf-8")
+    return folder
+
+
+def run(data: Path, output: Path, **changes: object) -> dict[str, object]:
+    chosen = replace(suite.read(data / "tiny.toml"), **changes)  # type: ignore[arg-type]
+    return runner.run(chosen, data, output, threads=1)
+
+
+def test_a_suite_runs_resumes_and_writes_its_tables(data: Path, tmp_path: Path) -> None:
+    first = run(data, tmp_path)
+    rows = first["runs"]
+    assert [(row["variant"], row["seed"], row["status"]) for row in rows] == [
+        ("full", 0, "done"), ("full", 1, "done"), ("no prior", 0, "done"), ("no prior", 1, "done")
+    ]  # fmt: skip
+    assert json.loads((tmp_path / "tiny.json").read_text()) == json.loads(json.dumps(first))
+    page = (tmp_path / "tiny.md").read_text(encoding="utf-8")
+    for line in (
+        "## Accuracy",
+        "| no prior (w/o prior) |",
+        "| stand: other (other method) | 100 |",
+        "| stands |",
+    ):
+        assert line in page
+    assert first["targets"][0]["met_must"] is True
+    assert first["targets"][0]["met_reach"] is False
+    again = run(data, tmp_path)
+    assert [row["status"] for row in again["runs"]] == ["kept"] * 4
+    assert [row["scores"] for row in again["runs"]] == [row["scores"] for row in rows]
+    # another seed runs anew, an old one stays
+    other = run(data, tmp_path, seeds=(1, 2))
+    assert [row["status"] for row in other["runs"]] == ["kept", "done", "kept", "done"]
+
+
+def test_changed_settings_input_and_damage_run_anew(data: Path, tmp_path: Path) -> None:
+    one = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
+    (row,) = run(data, tmp_path, **one)["runs"]
+    wider = replace(one["variant"][0], plan={**one["variant"][0].plan, "optimiser.sigma_rad": 0.1})
+    (changed,) = run(data, tmp_path, **{**one, "variant": (wider,)})["runs"]
+    assert changed["status"] == "done"
+    assert changed["key"] != row["key"]
+    (back,) = run(data, tmp_path, **one)["runs"]
+    assert (back["status"], back["key"]) == ("done", row["key"])
+    record = tmp_path / "runs" / "stand" / "full" / "seed0" / task.RECORD
+    record.write_text("{", encoding="utf-8")
+    (again,) = run(data, tmp_path, **one)["runs"]
+    assert again["status"] == "done"
+
+
+def test_a_clip_that_fails_stands_in_the_tables(data: Path, tmp_path: Path) -> None:
+    chosen = suite.read(data / "tiny.toml")
+    bad = replace(chosen.clip[0], name="gone", evidence="gone.npz")
+    content = run(data, tmp_path, seeds=(0,), clip=(bad,), variant=chosen.variant[:1])
+    (row,) = content["runs"]
+    assert row["status"] == "failed"
+    assert "gone.npz: can't be read" in row["message"]
+    page = (tmp_path / "tiny.md").read_text(encoding="utf-8")
+    assert "## Failed" in page
+    assert "| gone | – |" in page
+
+
+def test_the_command_writes_its_part_of_a_page(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "results.md"
+    page.write_text("# Results\n\nBefore.\n", encoding="utf-8")
+    command = ["bench", str(data / "tiny.toml"), "--data", str(data), "-o", str(tmp_path / "out")]
+    command += ["--variants", "full", "--threads", "1", "--write", str(page)]
+    assert cli.main(command) == 0
+    shown = capsys.readouterr()
+    assert "2/2" in shown.err
+    assert "# Suite `tiny`" in shown.out
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("# Results\n\nBefore.\n\n<!-- bench tiny -->\n## Suite `tiny`")
+    assert cli.main([*command, "--clips", "sit"]) == 2
+    assert "clip: found sit; valid: stand" in capsys.readouterr().err
+
+
+def test_sections_are_replaced_and_others_kept() -> None:
+    page = tables.replaced("# R\n", "a", "# A\none")
+    page = tables.replaced(page, "b", "# B")
+    page = tables.replaced(page, "a", "# A\ntwo")
+    assert page.count("## A") == 1
+    assert "two" in page
+    assert "one" not in page
+    assert "## B" in page
+    with pytest.raises(InputError, match="markers"):
+        tables.replaced("<!-- bench a -->", "a", "# A")
+
+
+@pytest.mark.parametrize("name", suite.names())
+def test_shipped_suites_are_valid(name: str) -> None:
+    """Every plan key that a variant replaces is there, every score of a table is known."""
+    assert suite.read(name).name == name
+    assert {"main", "ablation", "force"} <= set(suite.names())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("purpose =", "porpoise =", "unknown key 'porpoise'"),
+        ("seeds = [0, 1]", "seeds = [-1]", "seeds: found"),
+        ('"loss.prior"', '"loss.pryor"', "plan: found the key 'loss.pryor'"),
+        ('prior" = 0.0', 'prior" = "a"', "prior must be a number"),
+        ('score = "mpjpe_g_mm", of', 'score = "mpjp", of', "score: found 'mpjp'"),
+        ('rows = "clip"', 'rows = "row"', "rows: found 'row'; valid: clip, variant, method"),
+        ('name = "full"', 'name = "no prior"', "valid: each once"),
+        ('name = "full"', 'name = "../full"', "one that a folder can have"),
+        ('truth = "truth.npz"', "", "evidence and truth, or trial"),
+        ('measure = "worst"', 'measure = "bad"', "measure: found 'bad'"),
+    ],
+)
+def test_bad_suites(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in SUITE
+    (tmp_path / "bad.toml").write_text(SUITE.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        suite.read(tmp_path / "bad.toml")
+
+
+def test_no_such_suite() -> None:
+    with pytest.raises(InputError, match=r"no suite 'mane'; valid: ablation, force, main, or a path"):
+        suite.read("mane")
+
+
+def test_overriding_nothing_changes_nothing() -> None:
+    plan = plans.read("default")
+    assert suite.overridden(plan, {}, "x") == plan
+    once = suite.overridden(plan, {"loss.prior": 0.25}, "x")
+    assert once.loss.prior == 0.25
+    assert suite.overridden(once, {"loss.prior": plan.loss.prior}, "x") == plan
+
+
+def test_dropping_parts_of_the_evidence(data: Path) -> None:
+    given = evidence.read(data / "stand.npz")
+    assert task.dropped(given, ("keypoints",)).joint_names == given.joint_names
+    with pytest.raises(InputError, match="nothing left"):
+        task.dropped(given, ("joints",))
+
+
+def row(clip: str, kinematic: float, result: float, seed: int = 0) -> dict[str, object]:
+    scores = {"result": {"mpjpe_g_mm": result}, "kinematic": {"mpjpe_g_mm": kinematic}}
+    return {"clip": clip, "variant": "full", "seed": seed, "status": "done", "scores": scores, "run": {}}
+
+
+@pytest.mark.parametrize(
+    ("measure", "value"),
+    [("mean", 8.0), ("ratio", 0.8), ("worst", 12.0), ("least", 4.0), ("worst_ratio", 1.2)],
+)
+def test_targets(measure: str, value: float) -> None:
+    """Two clips at 10: one at 4, one at 12, as the mean of two seeds."""
+    clips = tuple(suite.Clip(name, "e", "t") for name in "ab")
+    bound = suite.Bound(measure, at_most=value)
+    target = suite.Target("t", "mpjpe_g_mm", must=(bound,), reach=(replace(bound, at_most=value - 0.01),))
+    given = suite.Suite("p", "quick", (0, 1), clips, (), target=(target,))
+    rows = [row("a", 10, 4), row("b", 10, 11), row("b", 10, 13, seed=1)]
+    (found,) = tables.targets(given, rows)
+    assert found["must"][0]["value"] == pytest.approx(value)
+    assert found["met_must"] is True
+    assert found["met_reach"] is False
+    assert found["worst_clip"] == "b"
+    (empty,) = tables.targets(given, [])
+    assert empty["met_must"] is None

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simrecon.metrics import dynamics
+from simrecon.types import Array
+
+DT = 1 / 50
+TIMES = np.arange(40) * DT
+
+
+def thrown() -> Array:
+    """(T, 3) centre of mass of a ballistic ball."""
+    return np.stack((2.0 * TIMES, -TIMES, 1 + 3 * TIMES - 0.5 * dynamics.GRAVITY_MPS2 * TIMES**2), axis=-1)
+
+
+def test_a_ballistic_ball_asks_for_no_force_and_a_standing_block_for_its_weight() -> None:
+    flying, standing = (
+        dynamics.implied_grf(thrown(), 70.0, DT),
+        dynamics.implied_grf(np.ones((40, 3)), 70.0, DT),
+    )
+    np.testing.assert_allclose(flying, 0, atol=1e-9)
+    assert dynamics.ballistic_grf_pct(flying, np.ones(38, dtype=bool), 70.0) == pytest.approx(0, abs=1e-9)
+    assert dynamics.mean_grf_pct(standing, 70.0) == pytest.approx(100)
+    assert dynamics.max_grf_pct(standing, 70.0) == pytest.approx(100)
+
+
+def test_implied_force_does_not_depend_on_the_mass_place_or_heading(rng: np.random.Generator) -> None:
+    com = rng.normal(size=(20, 3))
+    turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    force = dynamics.implied_grf(com, 50.0, DT)
+    other = dynamics.implied_grf(com @ turn.T + 4.0, 80.0, DT)
+    assert dynamics.max_grf_pct(other, 80.0) == pytest.approx(dynamics.max_grf_pct(force, 50.0))
+    assert dynamics.mean_grf_pct(other, 80.0) == pytest.approx(dynamics.mean_grf_pct(force, 50.0))
+
+
+def test_ballistic_force_is_a_median_in_flight_only() -> None:
+    force = np.zeros((5, 3))
+    force[:, 2] = [700.0, 0.0, 9.81, 98.1, 0.0]
+    flight = np.array([False, True, True, True, False])
+    assert dynamics.ballistic_grf_pct(force, flight, 10.0) == pytest.approx(10.0)
+    assert np.isnan(dynamics.ballistic_grf_pct(force, np.zeros(5, dtype=bool), 10.0))
+
+
+def test_flight_leaves_out_the_frames_beside() -> None:
+    clearance = np.array([[0.0, 1.0], [0.2, 1.0], [0.2, 0.06], [0.2, 1.0], [0.2, 0.04]])
+    np.testing.assert_array_equal(dynamics.flight_frames(clearance), [False, False, True, False, False])
+
+
+def test_errors_against_plates(rng: np.random.Generator) -> None:
+    measured = rng.normal(size=(30, 3)) * 100
+    force = measured + np.array([0.0, 9.81, -19.62])
+    np.testing.assert_allclose(dynamics.grf_mae_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
+    np.testing.assert_allclose(dynamics.grf_rmse_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
+    force[3] = np.nan
+    np.testing.assert_allclose(dynamics.grf_mae_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
+    assert dynamics.correlation(force[:, 2], 3 * measured[:, 2] + 1) == pytest.approx(1)
+    assert dynamics.correlation(force[:, 2], -measured[:, 2]) == pytest.approx(-1)
+    assert np.isnan(dynamics.correlation(np.ones(5), np.arange(5.0)))
+
+
+def test_centre_of_pressure_counts_where_both_are_loaded() -> None:
+    centre, measured = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
+    measured[..., :2] = [0.03, 0.04]
+    measured[..., 2] = 9.0
+    load = np.array([[100.0], [100.0], [5.0]])
+    assert dynamics.centre_of_pressure_error(centre, measured, load, load) == pytest.approx(0.05)
+    assert np.isnan(dynamics.centre_of_pressure_error(centre, measured, 0 * load, load))
+
+
+def test_peaks_of_torque_and_power() -> None:
+    torque, rate = np.zeros((2, 6)), np.zeros((2, 6))
+    torque[1, 3:] = [30.0, 0.0, 40.0]
+    rate[1, 3:] = [2.0, 5.0, -4.0]
+    np.testing.assert_allclose(dynamics.joint_power(torque, rate), [[0, 0], [0, -100]])
+    assert dynamics.peak_torque(torque, 50.0) == pytest.approx(1.0)
+    assert dynamics.peak_power(torque, rate, 50.0) == pytest.approx(2.0)
+
+
+def test_residual_is_what_contact_does_not_explain() -> None:
+    velocity = np.zeros((5, 3))
+    velocity[:, 0] = 0.3 * TIMES[:5]
+    force = np.tile([60.0 * 0.3, 0.0, 60.0 * dynamics.GRAVITY_MPS2], (5, 1))
+    np.testing.assert_allclose(dynamics.residual_pct(velocity, force, 60.0, DT), 0, atol=1e-9)
+    np.testing.assert_allclose(
+        dynamics.residual_pct(velocity, 0.9 * force, 60.0, np.full(4, DT)), 10, rtol=1e-3
+    )

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simrecon.errors import InputError
+from simrecon.metrics import statistics
+from simrecon.metrics.statistics import Series
+
+
+def test_a_series_is_a_mean_of_what_counts() -> None:
+    values = np.array([[1.0, 2.0], [np.nan, 4.0], [5.0, 6.0]])
+    assert statistics.of_frames(values).value == pytest.approx(18 / 5)
+    counted = np.array([[True, False], [True, True], [False, False]])
+    assert statistics.of_frames(values, counted, scale=10).value == pytest.approx(25)
+    assert statistics.of_frames(np.array([9.0, 16.0]), root=True).value == pytest.approx(np.sqrt(12.5))
+    assert np.isnan(Series(np.zeros(3), np.zeros(3)).value)
+
+
+def test_interval_covers_the_mean_of_independent_frames_as_often_as_it_says() -> None:
+    hits = 0
+    for seed in range(200):
+        values = np.random.default_rng(seed).normal(size=100)
+        low, high = statistics.interval(
+            statistics.of_frames(values), 1, np.random.default_rng(1), samples=300
+        )
+        hits += low <= 0 <= high
+    assert 180 <= hits <= 199
+
+
+def test_blocks_widen_the_interval_of_frames_that_hang_together() -> None:
+    values = np.repeat(np.random.default_rng(0).normal(size=20), 20)
+    series = statistics.of_frames(values)
+    single, block = (np.ptp(statistics.interval(series, n, np.random.default_rng(0))) for n in (1, 20))
+    assert block > 2.5 * single
+
+
+def test_interval_is_seeded_and_the_same_frames_are_drawn_for_every_score() -> None:
+    values = np.random.default_rng(0).normal(size=60)
+    pair = statistics.intervals(
+        {"a": statistics.of_frames(values), "b": statistics.of_frames(2 * values)}, 1 / 30, seed=3
+    )
+    np.testing.assert_allclose(pair["b"], 2 * np.array(pair["a"]))
+    other = statistics.intervals({"a": statistics.of_frames(values)}, 1 / 30, seed=4)
+    assert other["a"] != pair["a"]
+
+
+def test_interval_without_anything_that_counts() -> None:
+    assert np.isnan(statistics.interval(Series(np.zeros(9), np.zeros(9)), 3, np.random.default_rng(0))).all()
+
+
+def test_low_pass_is_3_decibels_down_at_its_cutoff_without_lag() -> None:
+    times = np.arange(2000) / 100
+    for frequency, gain in ((1.0, 1.0), (6.0, np.sqrt(0.5)), (25.0, 0.0)):
+        wave = np.sin(2 * np.pi * frequency * times)
+        passed = statistics.low_pass(wave, 0.01, 6.0)[500:1500]
+        scale = passed @ wave[500:1500] / (wave[500:1500] @ wave[500:1500])
+        assert scale == pytest.approx(gain, abs=0.01)
+        np.testing.assert_allclose(passed, scale * wave[500:1500], atol=0.01)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 50.0, -3.0])
+def test_low_pass_refuses_what_the_rate_does_not_allow(cutoff: float) -> None:
+    with pytest.raises(InputError, match=r"cut-off: found .* below 50 Hz"):
+        statistics.low_pass(np.zeros(100), 0.01, cutoff)
