@@ -13,7 +13,7 @@ from simrecon.types import Primitive, Skeleton
 
 
 @cache
-def _entries() -> tuple[dict[str, Any], ...]:
+def entries() -> tuple[dict[str, Any], ...]:
     data = resources.toml("models", "body", "primitives.toml")
     return tuple(side for entry in data["primitive"] for side in names.mirrored(entry))
 
@@ -42,7 +42,7 @@ def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> 
     width = height_m * np.sqrt(bmi / percent["whole"]["bmi_kgpm2"])
     masses = _masses(percent["percent"], mass_kg)
     made = []
-    for entry in _entries():
+    for entry in entries():
         if entry["kind"] == "capsule":
             points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * width])
         elif "sole" in entry:
@@ -56,8 +56,8 @@ def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> 
 
 
 def _masses(percent: dict[str, float], mass_kg: float) -> dict[str, float]:
-    total = sum(percent[entry["part"]] * entry["share"] for entry in _entries())
-    return {e["name"]: mass_kg * percent[e["part"]] * e["share"] / total for e in _entries()}
+    total = sum(percent[entry["part"]] * entry["share"] for entry in entries())
+    return {e["name"]: mass_kg * percent[e["part"]] * e["share"] / total for e in entries()}
 
 
 def _capsule(
