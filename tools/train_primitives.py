@@ -25,7 +25,7 @@ from simrecon.body import fitting, pieces, shape, sizes
 from simrecon.body.skeleton import template
 
 TARGET = Path(__file__).resolve().parents[1] / "models" / "body" / "primitives.npz"
-BATCH, SIGMA, RATE = 32, 1.2, 1.5e-3
+BATCH, SIGMA, RATE = 32, 1.2, 1e-3
 AROUND, ALONG, RINGS, CELLS = 8, 4, 2, 3
 
 
@@ -56,6 +56,7 @@ def main() -> None:
         loss = _eq9(psi, space, segments, betas)
         optimiser.zero_grad()
         loss.backward()
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 0.2)
         optimiser.step()
         schedule.step()
         done += 1
@@ -118,6 +119,9 @@ def _segments(space: shape.ShapeSpace) -> list[dict[str, Any]]:
 
 def _eq9(psi: torch.Tensor, space: shape.ShapeSpace, segments: list[dict[str, Any]], betas: np.ndarray) -> Any:
     """Mean over shapes and segments of eq. 9 (both directions together), m."""
+    lower = torch.as_tensor(sizes.layout().lower, dtype=torch.float32)
+    below = (lower - psi).clamp_min(0).sum(dim=1).mean()  # pulls radii back into their bounds
+    psi = torch.maximum(psi, lower)
     skin = space.vertices_m(betas)  # (B, V, 3)
     origins, axes = space.frames(betas)
     total = torch.zeros(())
@@ -132,7 +136,7 @@ def _eq9(psi: torch.Tensor, space: shape.ShapeSpace, segments: list[dict[str, An
         )  # (B, e, n)
         total = total + (signed.min(dim=1).values.abs() * part["weights"]).sum(dim=1).mean()
         total = total + _back(part, values, *surface).mean()
-    return total / len(segments)
+    return total / len(segments) + below
 
 
 def _surface(piece: pieces.Piece, local: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
