@@ -79,6 +79,7 @@ def main() -> None:
     vertex_basis = _regress(scores, vertices[:SAMPLES] - mean)  # (10, V, 3)
     names = tuple(points)
     stack = np.stack([points[name] for name in names], axis=1)  # (N, M, 3)
+    stack = 0.5 * (stack + stack[:, [names.index(_other(name)) for name in names]] * [1.0, -1.0, 1.0])
     point_mean = stack[:SAMPLES].mean(axis=0)
     point_basis = _regress(scores, stack[:SAMPLES] - point_mean)
     chosen, skin_faces = _thin(mean, faces[keep])
@@ -210,6 +211,12 @@ def _points(
     for name in ("nose", "crown", "face", *order[1:5]):
         found[name] = found[name] * [1.0, 0.0, 1.0]
     return found
+
+
+def _other(name: str) -> str:
+    """The point on the other side, or the same in the middle."""
+    side, _, rest = name.partition("_")
+    return {"left": f"right_{rest}", "right": f"left_{rest}"}.get(side, name)
 
 
 def _outside(faces: np.ndarray) -> np.ndarray:

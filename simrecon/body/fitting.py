@@ -96,10 +96,21 @@ def fit(goals: dict[str, Target], start: Array) -> Array:
             )
             better = found.copy()
             better[columns] = solved.x
-            if problem.refreshed(better) >= problem.refreshed(found) - 1e-6:
+            if loss(goal, rows, better) >= loss(goal, rows, found) - 1e-6:
                 break
             found = better
     return found
+
+
+def loss(goal: Target, rows: list[int], psi: Array) -> float:
+    """Eq. 9 of one segment, m: the sum of both directions' means.
+
+    Args:
+        goal: the segment.
+        rows: its primitives in the layout.
+        psi: (S,) sizes.
+    """
+    return _loss(goal, rows, sizes.values(psi)[rows], _areas(goal, rows, psi))[0]
 
 
 class _Segment:
@@ -119,10 +130,6 @@ class _Segment:
         values = self.matrix @ x + self.rest
         loss, slope = _loss(self.goal, self.rows, values, self.areas)
         return loss, np.einsum("ev,evs->s", slope, self.matrix)
-
-    def refreshed(self, full: Array) -> float:
-        """The loss with areas and membership of these sizes."""
-        return _loss(self.goal, self.rows, sizes.values(full)[self.rows], _areas(self.goal, self.rows, full))[0]
 
 
 def _areas(goal: Target, rows: list[int], full: Array) -> list[Array]:

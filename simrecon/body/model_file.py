@@ -30,6 +30,8 @@ BETAS_MAX = 10
 """Shape parameters used of a file: files of SMPL-X keep expression after shape in the same array."""
 SOLE_VERTICES = 0.02
 """Share of a foot's vertices whose mean is the sole: the lowest ones."""
+NEAR_VERTICES = 12
+"""Whose weighted mean a landmark is."""
 STATURE_RANGE_M = (0.5, 2.8)
 _KEYS = {
     "v_template": ("template", "vertices_template"),
@@ -45,7 +47,7 @@ _SMPL = (
     "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
 _COUNTS = {24: "SMPL", 52: "SMPL-H", 55: "SMPL-X"}
-# Our segments by other names, in lower case without "_", " ", "-" and digits' leading zeros.
+# Our segments by other names, in lower case without "_", " " and "-"; the first one that a file has.
 _ALIASES = {
     "pelvis": ("pelvis", "hips", "root"),
     "spine": ("spine1", "spine", "spinelower"),
@@ -55,7 +57,7 @@ _ALIASES = {
     "hip": ("hip", "upleg", "upperleg", "thigh"),
     "knee": ("knee", "leg", "lowerleg", "calf"),
     "ankle": ("ankle", "foot"),
-    "shoulder": ("shoulder", "arm", "upperarm"),
+    "shoulder": ("upperarm", "arm", "shoulder"),
     "elbow": ("elbow", "forearm", "lowerarm"),
     "wrist": ("wrist", "hand"),
 }
@@ -78,6 +80,9 @@ def read(path: Path | str) -> ShapeSpace:
     regressor, faces = arrays["J_regressor"], arrays["f"].astype(np.int64)
     parents = _parents(data, len(regressor), path)
     owner, joints = _segments(_names(data, len(regressor), path), parents, path)
+    empty = sorted(set(range(len(template().names))) - set(np.array(owner)[arrays["weights"].argmax(axis=1)].tolist()))
+    if empty:
+        raise InputError(f"{path}: weights: found no vertex of {template().names[empty[0]]!r}; valid: some of each")
     used = min(basis.shape[2], BETAS_MAX)
     axes = _axes(regressor @ template_m, joints, path)
     mean = template_m @ axes.T
@@ -161,14 +166,13 @@ def _segments(names: tuple[str, ...], parents: IntArray, path: Path | str) -> tu
     plain = [name.lower().replace("_", "").replace(" ", "").replace("-", "") for name in names]
     for segment in template().names:
         side, _, stem = segment.rpartition("_")
-        wanted = {side + alias for alias in _ALIASES[stem]}
-        if side:
-            wanted |= {alias + side for alias in _ALIASES[stem]} | {side[0] + alias for alias in _ALIASES[stem]}
-        # A file that has collars calls them, not the upper arm's joint, "shoulder" at times: the one further out.
-        hits = [i for i, name in enumerate(plain) if name in wanted]
+        wanted = [
+            name for alias in _ALIASES[stem] for name in dict.fromkeys((side + alias, alias + side, side[:1] + alias))
+        ]
+        hits = [name for name in wanted if name in plain]
         if not hits:
-            raise InputError(f"{path}: joint_names: found none for {segment!r}; valid: {', '.join(sorted(wanted))}")
-        joints[segment] = hits[-1]
+            raise InputError(f"{path}: joint_names: found none for {segment!r}; valid: {', '.join(wanted)}")
+        joints[segment] = plain.index(hits[0])
     ours = {joint: template().names.index(segment) for segment, joint in joints.items()}
     owner = [0] * len(names)
     for i, parent in enumerate(parents):
@@ -193,10 +197,13 @@ def _points(mean: Array, rows: Array, weights: Array) -> tuple[tuple[str, ...], 
     names, labels = template().names, weights.argmax(axis=1)
     own_skin, own_points, own_labels = own.vertices_m(zero), own.points_m(zero), own.weights.argmax(axis=1)
     origins = rows @ mean
-    axes = segment_frames(names, _rough(dict(zip(names, origins, strict=True))))
+    at = _rough(dict(zip(names, origins, strict=True)))
     own_origins, own_axes = own.frames(zero)
-    found, maps = list(names), list(rows)
-    for name in own.point_names:
+    maps: dict[str, Array] = {}
+    # Feet and hands first: they turn the frames in which their other points are placed.
+    first = [f"{side}_{end}" for side in ("left", "right") for end in ("heel", "toe", "index", "pinky")]
+    for name in (*(4 * first), *(name for name in own.point_names if name not in first)):
+        axes = segment_frames(names, at)
         if name in names or name == HEAD_POINT:
             continue
         segment = names.index(_segment_of(name))
@@ -210,10 +217,18 @@ def _points(mean: Array, rows: Array, weights: Array) -> tuple[tuple[str, ...], 
             low, size = theirs.min(axis=0), np.ptp(theirs, axis=0)
             share = ((own_points[name] - own_origins[segment]) @ own_axes[segment] - low) / size
             target = local.min(axis=0) + share * np.ptp(local, axis=0)
-            row[here[cKDTree(local).query(target)[1]]] = 1.0
-        found.append(name)
-        maps.append(row / row.sum())
-    return tuple(found), np.stack(maps)
+            near = here[cKDTree(local).query(target, k=min(NEAR_VERTICES, len(here)))[1]]
+            row[near] = _weights(mean[near], origins[segment] + axes[segment] @ target)
+        maps[name] = row / row.sum()
+        at[name] = maps[name] @ mean
+    return (*names, *maps), np.stack((*rows, *maps.values()))
+
+
+def _weights(corners_m: Array, target_m: Array) -> Array:
+    """The smallest weights (n,) of points (n, 3), sum 1, whose mean is the target, or as near as can be."""
+    centre = corners_m.mean(axis=0)
+    moved: Array = np.linalg.pinv(corners_m - centre).T @ (target_m - centre)
+    return moved - moved.mean() + 1.0 / len(corners_m)
 
 
 def _rough(at_m: dict[str, Array]) -> dict[str, Array]:

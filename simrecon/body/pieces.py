@@ -29,7 +29,7 @@ class Piece:
         rims: one array of indices into `rows` per opening; the fans' hubs follow `rows` as further vertices.
         faces: (f, 3) into `rows` and hubs.
         fans: (f) whether a face is of a fan.
-        around: (m + hubs, d) faces at each vertex, the last one repeated.
+        around: (m, d) faces at each vertex but the hubs, the last one repeated.
     """
 
     segment: int
@@ -78,13 +78,14 @@ def _piece(segment: int, faces: IntArray, labels: IntArray) -> Piece:
         fans.append(np.column_stack((part[:, ::-1], np.full(len(part), hub))))
     closed = np.concatenate((local, *fans))
     is_fan = np.arange(len(closed)) >= len(local)
-    around = _around(closed, len(rows) + len(rims))
+    around = _around(closed, len(rows))
     return Piece(segment, np.flatnonzero(labels == segment), rows, tuple(rims), closed, is_fan, around)
 
 
 def _around(faces: IntArray, count: int) -> IntArray:
     """Faces at each vertex, padded with its last one."""
     vertex, face = faces.ravel(), np.repeat(np.arange(len(faces)), 3)
+    vertex, face = vertex[vertex < count], face[vertex < count]
     order = np.argsort(vertex, kind="stable")
     start = np.searchsorted(vertex[order], np.arange(count + 1))
     number = np.diff(start)
@@ -101,9 +102,9 @@ def vertex_areas(vertices_m: Array, faces: IntArray) -> Array:
 def closest(piece: Piece, vertices_m: Array, points_m: Array) -> Array:
     """Nearest point (P, 3) of a piece to each point (P, 3).
 
-    Only faces at the three nearest vertices are looked at.
+    Only faces at the three nearest vertices are looked at, of a fan those at the nearest of its rim.
     """
-    _, near = cKDTree(vertices_m).query(points_m, k=_NEAR_VERTICES)
+    _, near = cKDTree(vertices_m[: len(piece.rows)]).query(points_m, k=_NEAR_VERTICES)
     candidates = piece.around[near].reshape(len(points_m), -1)  # (P, C)
     corners = vertices_m[piece.faces[candidates]].reshape(-1, 3, 3)
     found = triangles.closest_point(corners, np.repeat(points_m, candidates.shape[1], axis=0))

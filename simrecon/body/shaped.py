@@ -106,7 +106,7 @@ def primitives(
             for i in range(len(layout.names))
         ]
     )
-    names, segments, kinds, both = _both_sides(values)
+    names, segments, kinds, both = both_sides(values)
     parts = {entry["name"]: entry["part"] for entry in sizes.entries()}
     shares = mass.shaped(
         [parts[name] for name in names], mass.volumes_m3(kinds, both), mass.volumes_m3(kinds, _mean_values())
@@ -122,10 +122,10 @@ def primitives(
 @cache
 def _mean_values() -> Array:
     """Values (P, 9) of the mean shape of simrecon's space, which has de Leva's shares."""
-    return _both_sides(sizes.values(sizes.regress(np.zeros(shape.space().size))))[3]
+    return both_sides(sizes.values(sizes.regress(np.zeros(shape.space().size))))[3]
 
 
-def _both_sides(values: Array) -> tuple[list[str], list[str], list[str], Array]:
+def both_sides(values: Array) -> tuple[list[str], list[str], list[str], Array]:
     """Names, segments, kinds and values (P, 9) of all primitives, in the order of `sizes.entries`."""
     layout = sizes.layout()
     names, segments, kinds, rows = [], [], [], []
