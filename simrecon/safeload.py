@@ -71,7 +71,9 @@ def _npz(path: Path, content: bytes) -> dict[str, Any]:
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         for name in archive.namelist():
             try:
-                found[name.removesuffix(".npy")] = np.lib.format.read_array(archive.open(name), allow_pickle=False)
+                found[name.removesuffix(".npy")] = np.lib.format.read_array(
+                    archive.open(name), allow_pickle=False
+                )
             except ValueError as error:
                 if "Object arrays" not in str(error):
                     raise
@@ -85,7 +87,7 @@ def _plain(value: Any) -> Any:
     if "x" in state:  # chumpy.Ch
         return np.asarray(state["x"], dtype=np.float64)
     try:
-        shape = tuple(int(n) for n in state.get("_shape", state.get("shape")))
+        shape = tuple(int(n) for n in state.get("_shape", state.get("shape", ())))
         kind = csr_array if isinstance(value, _HeldRows) else csc_array
         matrix = kind((state["data"], state["indices"], state["indptr"]), shape=shape)
         matrix.check_format(full_check=True)

@@ -14,7 +14,12 @@ from scipy.sparse import csc_matrix, csr_matrix
 from simrecon import safeload
 from simrecon.errors import InputError
 
-ARRAYS = {"a": np.arange(6.0).reshape(2, 3), "n": np.float64(2.5), "text": "lrotmin", "i": np.arange(3, dtype=np.uint32)}
+ARRAYS = {
+    "a": np.arange(6.0).reshape(2, 3),
+    "n": np.float64(2.5),
+    "text": "lrotmin",
+    "i": np.arange(3, dtype=np.uint32),
+}
 
 
 @pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL))
@@ -46,7 +51,8 @@ class Call:
 
 
 @pytest.mark.parametrize(
-    "call", [Call(os.system, "true"), Call(eval, "1"), Call(getattr, 1, "real"), Call(np.load, "x"), Call(print, 1)]
+    "call",
+    [Call(os.system, "true"), Call(eval, "1"), Call(getattr, 1, "real"), Call(np.load, "x"), Call(print, 1)],
 )
 def test_whatever_would_run_is_refused(tmp_path: Path, call: Call) -> None:
     path = tmp_path / "a.pkl"

@@ -33,7 +33,11 @@ def main() -> None:
     with np.load(options.unseen) as data:
         unseen = {key: data[key] for key in data.files}
     betas = np.clip(unseen["betas"], -shape.BETA_MAX, shape.BETA_MAX)
-    done = np.load(options.direct)["sizes"] if options.direct.is_file() else np.zeros((0, len(sizes.layout().lower)))
+    done = (
+        np.load(options.direct)["sizes"]
+        if options.direct.is_file()
+        else np.zeros((0, len(sizes.layout().lower)))
+    )
     begin = time.perf_counter()
     while len(done) < len(betas) and time.perf_counter() - begin < options.seconds:
         b = betas[len(done)]

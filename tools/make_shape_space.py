@@ -63,7 +63,9 @@ HEAD_POINT = (0.008, 0.914)
 def main() -> None:
     """Sample, analyse, thin out, write, and say how well ten parameters do."""
     parser = argparse.ArgumentParser(description="Make models/body/shape.npz.")
-    parser.add_argument("--full", type=Path, help="write unseen bodies at full resolution here, for evaluation")
+    parser.add_argument(
+        "--full", type=Path, help="write unseen bodies at full resolution here, for evaluation"
+    )
     options = parser.parse_args()
     torch.set_num_threads(1)
     model = anny.Anny(topology="anny", local_changes=list(LOCAL), phenotypes="all")

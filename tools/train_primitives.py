@@ -117,7 +117,9 @@ def _segments(space: shape.ShapeSpace) -> list[dict[str, Any]]:
     return found
 
 
-def _eq9(psi: torch.Tensor, space: shape.ShapeSpace, segments: list[dict[str, Any]], betas: np.ndarray) -> Any:
+def _eq9(
+    psi: torch.Tensor, space: shape.ShapeSpace, segments: list[dict[str, Any]], betas: np.ndarray
+) -> Any:
     """Mean over shapes and segments of eq. 9 (both directions together), m."""
     lower = torch.as_tensor(sizes.layout().lower, dtype=torch.float32)
     below = (lower - psi).clamp_min(0).sum(dim=1).mean()  # pulls radii back into their bounds
@@ -167,7 +169,9 @@ def _distance(kind: str, values: torch.Tensor, points: torch.Tensor) -> torch.Te
     if kind == "capsule":
         a, b = values[:, None, :3], values[:, None, 3:6]
         axis = b - a
-        share = ((points - a) * axis).sum(-1, keepdim=True) / (axis * axis).sum(-1, keepdim=True).clamp_min(1e-9)
+        share = ((points - a) * axis).sum(-1, keepdim=True) / (axis * axis).sum(-1, keepdim=True).clamp_min(
+            1e-9
+        )
         away = points - a - share.clamp(0, 1) * axis
         return (away.square().sum(-1) + 1e-12).sqrt() - values[:, None, 6]
     beyond = (points - values[:, None, :3]).abs() - values[:, None, 6:]
@@ -201,7 +205,9 @@ def _samples(kind: str, values: torch.Tensor) -> tuple[torch.Tensor, torch.Tenso
         for k in range(RINGS):
             z = (k + 0.5) / RINGS
             share += [end] * AROUND
-            normal.append(torch.cat((ring[:, :2] * (1 - z * z) ** 0.5, torch.full((AROUND, 1), z * (2 * end - 1))), 1))
+            normal.append(
+                torch.cat((ring[:, :2] * (1 - z * z) ** 0.5, torch.full((AROUND, 1), z * (2 * end - 1))), 1)
+            )
             flat += [0.0] * AROUND
     t, cylinder = torch.tensor(share)[:, None], torch.tensor(flat)
     a, b, radius = values[:, :3], values[:, 3:6], values[:, 6:7]
@@ -219,7 +225,11 @@ def _samples(kind: str, values: torch.Tensor) -> tuple[torch.Tensor, torch.Tenso
 
 
 def _back(
-    part: dict[str, Any], values: torch.Tensor, points: torch.Tensor, normals: torch.Tensor, radii: torch.Tensor
+    part: dict[str, Any],
+    values: torch.Tensor,
+    points: torch.Tensor,
+    normals: torch.Tensor,
+    radii: torch.Tensor,
 ) -> torch.Tensor:
     """Mean distance (B,) of points on the primitives to the piece."""
     places, areas = [], []

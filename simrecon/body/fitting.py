@@ -1,12 +1,12 @@
-"""Primitives fitted to a skin, Gärtner 2022, eq. 9, by nlopt; seconds a body. `sizes.regress` is the fast way.
+"""Primitives fitted to a skin, Gärtner 2022, eq. 9, by nlopt in seconds; `sizes.regress` is the fast way.
 
-For every segment b the mean distance of the skin's vertices v_g ∈ M_b to the surface M̂_b of its primitives plus the mean
-distance of points v_p on M̂_b to M_b is minimised over ψ:
+For every segment b the mean distance of the skin's vertices v_g ∈ M_b to the surface M̂_b of its primitives
+plus the mean distance of points v_p on M̂_b to M_b is minimised over ψ:
 
     L(ψ) = Σ_b [ mean_g min_p ‖v_g - v_p‖ + mean_p min_g ‖v_p - v_g‖ ]
 
-Vertices and points weigh by the area that they stand for. M̂_b is the surface of the union: what lies within another
-primitive of the segment is no part of it. M_b is closed where it meets other segments (`pieces.Piece`).
+Vertices and points weigh by the area that they stand for. M̂_b is the surface of the union: what lies within
+another primitive of the segment is no part of it. M_b is closed where it meets other segments (`pieces.Piece`).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from simrecon import lbfgs
 from simrecon.body import pieces, sizes, surface
 from simrecon.body.pieces import Piece
+from simrecon.body.primitives import entries
 from simrecon.body.shape import ShapeSpace
 from simrecon.body.skeleton import template
 from simrecon.types import Array, IntArray
@@ -60,7 +61,8 @@ def cut_targets(
         skin_m: (V, 3) vertices in the relaxed stance.
         faces: (F, 3).
         labels: (V,) segment of each vertex.
-        origins_m, axes: (17, 3), (17, 3, 3) frames of the segments.
+        origins_m: (17, 3) of the segments' frames.
+        axes: (17, 3, 3) of the segments' frames.
     """
     area = pieces.vertex_areas(skin_m, faces)
     names = template().names
@@ -92,7 +94,11 @@ def fit(goals: dict[str, Target], start: Array) -> Array:
         for _ in range(ROUNDS):
             problem = _Segment(goal, rows, columns, found)
             solved = lbfgs.minimize(
-                problem, found[columns], max_evaluations=EVALUATIONS, ftol_rel=1e-5, lower=layout.lower[columns]
+                problem,
+                found[columns],
+                max_evaluations=EVALUATIONS,
+                ftol_rel=1e-5,
+                lower=layout.lower[columns],
             )
             better = found.copy()
             better[columns] = solved.x
@@ -110,14 +116,17 @@ def loss(goal: Target, rows: list[int], psi: Array) -> float:
         rows: its primitives in the layout.
         psi: (S,) sizes.
     """
-    return _loss(goal, rows, sizes.values(psi)[rows], _areas(goal, rows, psi))[0]
+    areas = _areas(goal, rows, psi)
+    if not any(area.any() for area in areas):  # each lies within another one
+        return float("inf")
+    return _loss(goal, rows, sizes.values(psi)[rows], areas)[0]
 
 
 class _Segment:
     """Eq. 9 of one segment as a function of its sizes.
 
-    Which points lie within another primitive, and the areas that points stand for, are those at `now`: between rounds
-    they change, within one the function is smooth enough for L-BFGS.
+    Which points lie within another primitive, and the areas that points stand for, are those at `now`:
+    between rounds they change, within one the function is smooth enough for L-BFGS.
     """
 
     def __init__(self, goal: Target, rows: list[int], columns: IntArray, now: Array) -> None:
@@ -148,7 +157,7 @@ def _areas(goal: Target, rows: list[int], full: Array) -> list[Array]:
 
 
 def _fold(goal: Target, points_m: Array) -> tuple[Array, Array]:
-    """Points mirrored to the left half where the segment is in the middle, and the signs (P, 3) that did it."""
+    """Points mirrored to the left half where the segment is in the middle, and the signs (P, 3)."""
     sign = np.ones_like(points_m)
     if goal.folded:
         sign[:, 1] = np.where(points_m[:, 1] < 0, -1.0, 1.0)
@@ -169,6 +178,8 @@ def _loss(goal: Target, rows: list[int], values: Array, areas: list[Array]) -> t
     for e, row in enumerate(rows):
         points, _, moved = surface.samples(kinds[row], values[e])
         used = areas[e] > 0
+        if not used.any():
+            continue
         points, sign = _fold(goal, points[used])
         away = points - pieces.closest(goal.piece, goal.vertices_m, points)
         far = np.linalg.norm(away, axis=1)
@@ -182,14 +193,16 @@ def start(scale_m: float) -> Array:
     """Sizes ψ (S,) of the proportions in `models/body/primitives.toml` at a stature."""
     values = np.zeros((len(sizes.layout().names), sizes.VALUES))
     unit = template()
-    by_name = {entry["name"]: entry for entry in sizes.entries()}
+    by_name = {entry["name"]: entry for entry in entries()}
     for i, name in enumerate(sizes.layout().names):
         entry = by_name[name]
         if entry["kind"] == "box":
             centre, half = entry.get("centre", [0.035, 0.0, -0.024]), entry.get("half", [0.07, 0.026, 0.015])
             values[i, :3], values[i, 6:] = centre, half
         elif "along" in entry:
-            values[i, :6] = np.outer(entry["along"], unit.offsets_m[unit.names.index(entry["to_joint"])]).ravel()
+            values[i, :6] = np.outer(
+                entry["along"], unit.offsets_m[unit.names.index(entry["to_joint"])]
+            ).ravel()
             values[i, 6] = entry["radius"]
         else:
             values[i, :6], values[i, 6] = [*entry["from"], *entry["to"]], entry["radius"]

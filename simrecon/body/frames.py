@@ -1,7 +1,7 @@
 """Frames of the segments of a person who stands in any relaxed pose, from joint centres and a few points.
 
-The segments' axes are those of the world in a T-pose that faces +x (`models/body/skeleton.toml`): a bone of the arm
-lies along y, a bone of the leg along z, the sole is level and the foot points forward.
+The segments' axes are those of the world in a T-pose that faces +x (`models/body/skeleton.toml`): a bone of
+the arm lies along y, a bone of the leg along z, the sole is level and the foot points forward.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ SIDES = (("left", 1.0), ("right", -1.0))
 def segment_frames(names: tuple[str, ...], at_m: Mapping[str, Array]) -> Array:
     """Orientation of each segment.
 
-    The trunk and the head are taken for upright. Elbow and forearm share the axis about which the elbow bends;
-    the hand is flat through the knuckles, or, without knuckles, turned like the forearm.
+    The trunk and the head are taken for upright. Upper arm and forearm share the axis about which the elbow
+    bends; the hand is flat through the knuckles, or, without knuckles, turned like the forearm.
 
     Args:
         names: of the segments, `pelvis` first.
@@ -33,7 +33,9 @@ def segment_frames(names: tuple[str, ...], at_m: Mapping[str, Array]) -> Array:
     shape = np.shape(at_m["left_hip"])[:-1]
     axes = {name: np.broadcast_to(np.eye(3), (*shape, 3, 3)) for name in names}
     for side, sign in SIDES:
-        shoulder, elbow, wrist = (np.asarray(at_m[f"{side}_{joint}"]) for joint in ("shoulder", "elbow", "wrist"))
+        shoulder, elbow, wrist = (
+            np.asarray(at_m[f"{side}_{joint}"]) for joint in ("shoulder", "elbow", "wrist")
+        )
         hip, knee, ankle = (np.asarray(at_m[f"{side}_{joint}"]) for joint in ("hip", "knee", "ankle"))
         upper = _along_y(sign * (elbow - shoulder), FORWARD)
         hinge = np.cross(sign * (wrist - elbow), upper[..., 2])  # (..., 3) forward

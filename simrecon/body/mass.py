@@ -4,9 +4,9 @@ Without a shape every segment has de Leva's share (1996). With a shape, shares f
 
     m_s = M p_s v_s / Σ p v,    v_s = (V_s / V) / (V_s / V)_mean
 
-with de Leva's percentages p and the volumes V of the primitives of segment s; the mean shape has de Leva's shares, and a
-broad trunk weighs more than a slender one. Within a segment mass follows volume. MuJoCo takes each
-primitive's inertia from its mass and volume.
+with de Leva's percentages p and the volumes V of the primitives of segment s; the mean shape has de Leva's
+shares, and a broad trunk weighs more than a slender one. Within a segment mass follows volume. MuJoCo takes
+each primitive's inertia from its mass and volume.
 """
 
 from __future__ import annotations
@@ -80,7 +80,8 @@ def volumes_m3(kinds: Sequence[str], values: Array) -> Array:
     """Volume of primitives (E,) from their values (E, 9), see `sizes.VALUES`."""
     length = np.linalg.norm(values[:, 3:6] - values[:, :3], axis=1)
     capsule = np.pi * values[:, 6] ** 2 * (length + 4.0 / 3.0 * values[:, 6])
-    return np.where([kind == "capsule" for kind in kinds], capsule, 8.0 * values[:, 6:].prod(axis=1))
+    is_capsule = np.array([kind == "capsule" for kind in kinds])
+    return np.asarray(np.where(is_capsule, capsule, 8.0 * values[:, 6:].prod(axis=1)))
 
 
 def shaped(parts: Sequence[str], volumes: Array, mean_volumes: Array) -> Array:
@@ -88,7 +89,8 @@ def shaped(parts: Sequence[str], volumes: Array, mean_volumes: Array) -> Array:
 
     Args:
         parts: (P,) which part of de Leva's table each primitive is of.
-        volumes, mean_volumes: (P,) of the shape and of the mean shape.
+        volumes: (P,) of the shape.
+        mean_volumes: (P,) of the mean shape.
     """
     names = list(dict.fromkeys(parts))
     at = np.array([names.index(part) for part in parts])
@@ -103,7 +105,7 @@ def shaped(parts: Sequence[str], volumes: Array, mean_volumes: Array) -> Array:
 def spread(shares: Array, segments: Sequence[str], wanted: Distribution) -> Array:
     """Shares (P,) changed so that the distribution's segments have its share, sum 1."""
     if not wanted.segments:
-        return shares / shares.sum()
+        return np.asarray(shares / shares.sum())
     inside = np.isin(segments, wanted.segments)
     factor = np.where(inside, wanted.share / shares[inside].sum(), (1 - wanted.share) / shares[~inside].sum())
     return np.asarray(shares * factor)
@@ -112,8 +114,8 @@ def spread(shares: Array, segments: Sequence[str], wanted: Distribution) -> Arra
 def printable(masses_kg: Mapping[str, float], total_kg: float) -> dict[str, float]:
     """Masses that MJCF's six digits hold exactly and whose sum is the total, to 1e-6 kg.
 
-    What rounding leaves is put on the two lightest primitives of the centre, then on the lightest pair of left and right,
-    which have the most decimals.
+    What rounding leaves is put on the two lightest primitives of the centre, then on the lightest pair of left
+    and right, which have the most decimals.
     """
     rounded = {name: _rounded(mass) for name, mass in masses_kg.items()}
     lightest = sorted(rounded, key=lambda name: rounded[name])

@@ -1,13 +1,13 @@
 """Body models that the user owns (SMPL, SMPL-H, SMPL-X, GHUM and others of their layout) as a `ShapeSpace`.
 
-    key              shape      also read as
-    v_template       (V, 3)     template, vertices_template
-    shapedirs        (V, 3, B)  shape_basis
-    J_regressor      (K, V)     joint_regressor
-    weights          (V, K)     lbs_weights, skinning_weights
-    f                (F, 3)     faces
-    kintree_table    (2, K)     parents (K,)
-    joint_names      (K,)       needed unless K is that of SMPL (24), SMPL-H (52) or SMPL-X (55)
+key              shape      also read as
+v_template       (V, 3)     template, vertices_template
+shapedirs        (V, 3, B)  shape_basis
+J_regressor      (K, V)     joint_regressor
+weights          (V, K)     lbs_weights, skinning_weights
+f                (F, 3)     faces
+kintree_table    (2, K)     parents (K,)
+joint_names      (K,)       needed unless K is that of SMPL (24), SMPL-H (52) or SMPL-X (55)
 """
 
 from __future__ import annotations
@@ -80,9 +80,13 @@ def read(path: Path | str) -> ShapeSpace:
     regressor, faces = arrays["J_regressor"], arrays["f"].astype(np.int64)
     parents = _parents(data, len(regressor), path)
     owner, joints = _segments(_names(data, len(regressor), path), parents, path)
-    empty = sorted(set(range(len(template().names))) - set(np.array(owner)[arrays["weights"].argmax(axis=1)].tolist()))
+    empty = sorted(
+        set(range(len(template().names))) - set(np.array(owner)[arrays["weights"].argmax(axis=1)].tolist())
+    )
     if empty:
-        raise InputError(f"{path}: weights: found no vertex of {template().names[empty[0]]!r}; valid: some of each")
+        raise InputError(
+            f"{path}: weights: found no vertex of {template().names[empty[0]]!r}; valid: some of each"
+        )
     used = min(basis.shape[2], BETAS_MAX)
     axes = _axes(regressor @ template_m, joints, path)
     mean = template_m @ axes.T
@@ -142,7 +146,9 @@ def _parents(data: dict[str, Any], joints: int, path: Path | str) -> IntArray:
     table = np.asarray([] if found is None else found)
     table = table[0] if table.ndim == 2 else table
     if table.shape != (joints,) or not np.issubdtype(table.dtype, np.number):
-        raise InputError(f"{path}: kintree_table: found shape {table.shape}; valid: (2, {joints}), parents first")
+        raise InputError(
+            f"{path}: kintree_table: found shape {table.shape}; valid: (2, {joints}), parents first"
+        )
     parents = table.astype(np.int64)
     parents[0] = -1  # published as 2³² - 1
     if not np.all(parents[1:] < np.arange(1, joints)) or (parents[1:] < 0).any():
@@ -160,14 +166,18 @@ def _names(data: dict[str, Any], joints: int, path: Path | str) -> tuple[str, ..
     return _SMPL + tuple(f"further{i}" for i in range(joints - len(_SMPL)))
 
 
-def _segments(names: tuple[str, ...], parents: IntArray, path: Path | str) -> tuple[list[int], dict[str, int]]:
+def _segments(
+    names: tuple[str, ...], parents: IntArray, path: Path | str
+) -> tuple[list[int], dict[str, int]]:
     """Segment of each joint, its own or that of its nearest ancestor that is ours; and our joints' indices."""
     joints: dict[str, int] = {}
     plain = [name.lower().replace("_", "").replace(" ", "").replace("-", "") for name in names]
     for segment in template().names:
         side, _, stem = segment.rpartition("_")
         wanted = [
-            name for alias in _ALIASES[stem] for name in dict.fromkeys((side + alias, alias + side, side[:1] + alias))
+            name
+            for alias in _ALIASES[stem]
+            for name in dict.fromkeys((side + alias, alias + side, side[:1] + alias))
         ]
         hits = [name for name in wanted if name in plain]
         if not hits:
@@ -186,7 +196,9 @@ def _axes(centres_m: Array, joints: dict[str, int], path: Path | str) -> Array:
     up = centres_m[joints["head"]] - centres_m[joints["pelvis"]]
     y, z = (np.eye(3)[np.argmax(np.abs(v))] * np.sign(v[np.argmax(np.abs(v))]) for v in (left, up))
     if abs(float(y @ z)) > 0.5:
-        raise InputError(f"{path}: found a body whose head is beside its hips; valid: one that stands upright")
+        raise InputError(
+            f"{path}: found a body whose head is beside its hips; valid: one that stands upright"
+        )
     return np.stack((np.cross(y, z), y, z))
 
 
@@ -267,7 +279,9 @@ def _checked(made: ShapeSpace, path: Path | str) -> ShapeSpace:
     low, high = STATURE_RANGE_M
     found = shape.stature_m(np.zeros(made.size), made)
     if not low < found < high:
-        raise InputError(f"{path}: v_template: found a body {found:.3g} m tall; valid: from {low} to {high} m")
+        raise InputError(
+            f"{path}: v_template: found a body {found:.3g} m tall; valid: from {low} to {high} m"
+        )
     if made.volume_m3(np.zeros(made.size)) <= 0:
         raise InputError(f"{path}: f: found faces that look inwards; valid: counter-clockwise from outside")
     return made

@@ -59,7 +59,9 @@ def cut(faces: IntArray, labels: IntArray) -> dict[int, Piece]:
     """
     corners = labels[faces]  # (F, 3)
     owner = np.where(corners[:, 1] == corners[:, 2], corners[:, 1], corners[:, 0])
-    return {int(segment): _piece(int(segment), faces[owner == segment], labels) for segment in np.unique(owner)}
+    return {
+        int(segment): _piece(int(segment), faces[owner == segment], labels) for segment in np.unique(owner)
+    }
 
 
 def _piece(segment: int, faces: IntArray, labels: IntArray) -> Piece:
@@ -70,7 +72,8 @@ def _piece(segment: int, faces: IntArray, labels: IntArray) -> Piece:
     border = edges[first[count == 1]]  # (E, 2) directed like their face
     link = coo_array((np.ones(len(border)), (border[:, 0], border[:, 1])), shape=(len(rows), len(rows)))
     group = connected_components(link, directed=False)[1]
-    rims, fans = [], []
+    rims: list[IntArray] = []
+    fans = []
     for number in np.unique(group[border[:, 0]]):
         part = border[group[border[:, 0]] == number]
         hub = len(rows) + len(rims)
@@ -95,7 +98,7 @@ def _around(faces: IntArray, count: int) -> IntArray:
 
 def vertex_areas(vertices_m: Array, faces: IntArray) -> Array:
     """A third of the area of the faces at each vertex, (V,)."""
-    area = triangles.area(vertices_m[faces]) / 3.0  # (F,)
+    area = triangles.area(vertices_m[faces]) / 3.0  # type: ignore[no-untyped-call]  # (F,)
     return np.bincount(faces.ravel(), np.repeat(area, 3), minlength=len(vertices_m)).astype(np.float64)
 
 
@@ -107,7 +110,8 @@ def closest(piece: Piece, vertices_m: Array, points_m: Array) -> Array:
     _, near = cKDTree(vertices_m[: len(piece.rows)]).query(points_m, k=_NEAR_VERTICES)
     candidates = piece.around[near].reshape(len(points_m), -1)  # (P, C)
     corners = vertices_m[piece.faces[candidates]].reshape(-1, 3, 3)
-    found = triangles.closest_point(corners, np.repeat(points_m, candidates.shape[1], axis=0))
+    repeated = np.repeat(points_m, candidates.shape[1], axis=0)
+    found = triangles.closest_point(corners, repeated)  # type: ignore[no-untyped-call]
     found = found.reshape(*candidates.shape, 3)
     best = np.argmin(np.linalg.norm(found - points_m[:, None], axis=-1), axis=1)
     return np.asarray(found[np.arange(len(points_m)), best])

@@ -128,7 +128,9 @@ def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
             f"{where}: found an array of shape {given.shape}; valid: up to {shapes.size} numbers ({shapes.name})"
         )
     if not np.all(np.abs(given) <= BETA_MAX):
-        raise InputError(f"{where}: found {given.tolist()}; valid: numbers from -{BETA_MAX:g} to {BETA_MAX:g}")
+        raise InputError(
+            f"{where}: found {given.tolist()}; valid: numbers from -{BETA_MAX:g} to {BETA_MAX:g}"
+        )
     return np.concatenate((given, np.zeros(shapes.size - len(given))))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from simrecon.body import fitting, mass, shape, sizes
 from simrecon.body.names import mirrored
+from simrecon.body.primitives import entries
 from simrecon.body.shape import ShapeSpace
 from simrecon.body.skeleton import rescaled
 from simrecon.types import Array, Primitive, Skeleton
@@ -107,7 +108,7 @@ def primitives(
         ]
     )
     names, segments, kinds, both = both_sides(values)
-    parts = {entry["name"]: entry["part"] for entry in sizes.entries()}
+    parts = {entry["name"]: entry["part"] for entry in entries()}
     shares = mass.shaped(
         [parts[name] for name in names], mass.volumes_m3(kinds, both), mass.volumes_m3(kinds, _mean_values())
     )
@@ -126,7 +127,7 @@ def _mean_values() -> Array:
 
 
 def both_sides(values: Array) -> tuple[list[str], list[str], list[str], Array]:
-    """Names, segments, kinds and values (P, 9) of all primitives, in the order of `sizes.entries`."""
+    """Names, segments, kinds and values (P, 9) of all primitives, in the order of `primitives.entries`."""
     layout = sizes.layout()
     names, segments, kinds, rows = [], [], [], []
     for name, segment, kind, row in zip(layout.names, layout.segments, layout.kinds, values, strict=True):
@@ -176,5 +177,10 @@ def _foot(row: Array, own: Skeleton, skeleton: Skeleton, sole_m: float) -> Array
     bottom = row[2] - row[8] + 0.5 * (new_heel[2] + new_toe[2] - heel[2] - toe[2]) - sole_m
     top = max(row[2] + row[8], bottom + 0.01)
     placed = row.copy()
-    placed[0], placed[2], placed[6], placed[8] = middle, 0.5 * (top + bottom), row[6] * ratio, 0.5 * (top - bottom)
+    placed[0], placed[2], placed[6], placed[8] = (
+        middle,
+        0.5 * (top + bottom),
+        row[6] * ratio,
+        0.5 * (top - bottom),
+    )
     return placed

@@ -98,8 +98,8 @@ def _on_capsule(values: Array) -> tuple[Array, Array, Array]:
     area = 2 * np.pi * radius * length * cylinder + 4 * np.pi * radius**2 * cap
     # d n = (u × du) × n = du (u·n) - u (du·n), du = (1 - u uᵀ)(db - da) / length
     across = np.eye(3) - np.outer(u, u)
-    turned = radius / length * (
-        (n @ u)[:, None, None] * across - u[:, None] * (n @ across)[:, None, :]
+    turned = (
+        radius / length * ((n @ u)[:, None, None] * across - u[:, None] * (n @ across)[:, None, :])
     )  # (P, 3, 3) by b
     slope = np.zeros((len(n), 3, 9))
     slope[:, :, :3] = (1 - share)[:, None, None] * np.eye(3) - turned

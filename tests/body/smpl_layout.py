@@ -16,7 +16,15 @@ OURS = {
     7: "left_ankle", 8: "right_ankle", 12: "neck", 15: "head", 16: "left_shoulder", 17: "right_shoulder",
     18: "left_elbow", 19: "right_elbow", 20: "left_wrist", 21: "right_wrist",
 }  # fmt: skip
-FURTHER = {9: "chest", 10: "left_ankle", 11: "right_ankle", 13: "chest", 14: "chest", 22: "left_wrist", 23: "right_wrist"}
+FURTHER = {
+    9: "chest",
+    10: "left_ankle",
+    11: "right_ankle",
+    13: "chest",
+    14: "chest",
+    22: "left_wrist",
+    23: "right_wrist",
+}
 TO_FILE = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """Our axes (x forward, y left, z up) to the file's (x left, y up, z forward)."""
 
@@ -46,6 +54,10 @@ def arrays(offset_m: float = 0.2) -> dict[str, Any]:
 
 def regressor(skin: Array, wanted: Array) -> Array:
     """The smallest weights (17, V), rows summing to 1, that give these joints of these skins."""
-    equations = np.concatenate((np.moveaxis(skin, 1, 2).reshape(-1, skin.shape[1]), np.ones((1, skin.shape[1]))))
-    right = np.concatenate((np.moveaxis(wanted, 1, 2).reshape(-1, wanted.shape[1]), np.ones((1, wanted.shape[1]))))
+    equations = np.concatenate(
+        (np.moveaxis(skin, 1, 2).reshape(-1, skin.shape[1]), np.ones((1, skin.shape[1])))
+    )
+    right = np.concatenate(
+        (np.moveaxis(wanted, 1, 2).reshape(-1, wanted.shape[1]), np.ones((1, wanted.shape[1])))
+    )
     return np.linalg.lstsq(equations, right, rcond=None)[0].T

@@ -24,11 +24,14 @@ def test_signed_distance_and_its_derivative(kind: str, values: Array, rng: np.ra
         step = np.zeros(9)
         step[k] = 1e-6
         numeric = (
-            surface.distance(kind, values + step, points)[0] - surface.distance(kind, values - step, points)[0]
+            surface.distance(kind, values + step, points)[0]
+            - surface.distance(kind, values - step, points)[0]
         ) / 2e-6
         np.testing.assert_allclose(slope[:, k], numeric, atol=1e-4)
     whole = 2 * np.pi * 0.06 * np.linalg.norm(CAPSULE[3:6] - CAPSULE[:3]) + 4 * np.pi * 0.06**2
-    assert area.sum() == pytest.approx(whole if kind == "capsule" else 8 * (0.05 * 0.08 + 0.08 * 0.02 + 0.02 * 0.05))
+    assert area.sum() == pytest.approx(
+        whole if kind == "capsule" else 8 * (0.05 * 0.08 + 0.08 * 0.02 + 0.02 * 0.05)
+    )
     assert (found < 0).any()
     assert (found > 0).any()
 
@@ -47,7 +50,10 @@ def test_samples_move_as_their_derivative_says(kind: str, values: Array, rng: np
 def _outward(kind: str, values: Array, points: Array) -> Array:
     h = 1e-6
     columns = [
-        (surface.distance(kind, values, points + h * axis)[0] - surface.distance(kind, values, points - h * axis)[0])
+        (
+            surface.distance(kind, values, points + h * axis)[0]
+            - surface.distance(kind, values, points - h * axis)[0]
+        )
         / (2 * h)
         for axis in np.eye(3)
     ]
@@ -66,7 +72,9 @@ def test_pieces_are_closed_and_share_out_all_faces() -> None:
 
 def test_closest_points_are_those_of_trimesh(rng: np.random.Generator) -> None:
     goal = fitting.targets(shape.space(), np.zeros(10))["left_hip"]
-    points = goal.vertices_m[rng.integers(len(goal.vertices_m), size=60)] + rng.normal(scale=0.02, size=(60, 3))
+    points = goal.vertices_m[rng.integers(len(goal.vertices_m), size=60)] + rng.normal(
+        scale=0.02, size=(60, 3)
+    )
     mesh = trimesh.Trimesh(goal.vertices_m, goal.piece.faces, process=False)
     _, expected, _ = proximity.closest_point_naive(mesh, points)
     found = pieces.closest(goal.piece, goal.vertices_m, points)
@@ -95,7 +103,9 @@ def capsule_goal(values: Array) -> fitting.Target:
     faces = np.asarray(mesh.faces, dtype=np.int64)
     piece = pieces.cut(faces, np.zeros(len(mesh.vertices), np.int64))[0]
     area = pieces.vertex_areas(np.asarray(mesh.vertices), faces)
-    return fitting.Target(piece, np.asarray(mesh.vertices), np.asarray(mesh.vertices), area / area.sum(), False)
+    return fitting.Target(
+        piece, np.asarray(mesh.vertices), np.asarray(mesh.vertices), area / area.sum(), False
+    )
 
 
 def test_a_capsule_is_recovered_from_its_mesh() -> None:

@@ -43,7 +43,13 @@ def test_mass_in_is_mass_in_mujoco(shaped: bool, mass_kg: float) -> None:
 
 @given(st.lists(st.floats(0.3, 1.0), min_size=4, max_size=4), st.floats(30.0, 200.0))
 def test_printable_masses_add_up(light: list[float], total_kg: float) -> None:
-    wanted = {"left_hand": light[0], "right_hand": light[0], "neck": light[1], "face": light[2], "left_arm": 2.5 * light[3]}
+    wanted = {
+        "left_hand": light[0],
+        "right_hand": light[0],
+        "neck": light[1],
+        "face": light[2],
+        "left_arm": 2.5 * light[3],
+    }
     wanted["right_arm"] = wanted["left_arm"]
     wanted["trunk"] = total_kg - sum(wanted.values())
     found = mass.printable(wanted, total_kg)
@@ -57,8 +63,15 @@ def test_printable_masses_add_up(light: list[float], total_kg: float) -> None:
 def test_the_mean_shape_has_the_shares_of_de_leva() -> None:
     body = bodies.build(betas=np.zeros(10), mass_kg=70.0)
     percent = mass.data()["percent"]
-    whole = sum(percent.values()) + sum(percent[p] for p in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot"))
-    for segment, part in (("left_hip", "thigh"), ("left_knee", "shank"), ("pelvis", "lower_trunk"), ("chest", "upper_trunk")):
+    whole = sum(percent.values()) + sum(
+        percent[p] for p in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+    )
+    for segment, part in (
+        ("left_hip", "thigh"),
+        ("left_knee", "shank"),
+        ("pelvis", "lower_trunk"),
+        ("chest", "upper_trunk"),
+    ):
         assert share(body, (segment,)) == pytest.approx(percent[part] / whole, rel=1e-4)
 
 
@@ -66,7 +79,11 @@ def test_a_broad_trunk_weighs_more() -> None:
     broad, slender = (bodies.build(betas=np.array([0.0, b]), mass_kg=70.0) for b in (2.0, -2.0))
     trunk = ("pelvis", "spine", "chest")
     volumes = [
-        sum(np.prod(p.size_m) if p.kind == "box" else p.size_m[0] ** 2 for p in body.primitives if p.segment in trunk)
+        sum(
+            np.prod(p.size_m) if p.kind == "box" else p.size_m[0] ** 2
+            for p in body.primitives
+            if p.segment in trunk
+        )
         for body in (broad, slender)
     ]
     if volumes[0] < volumes[1]:

@@ -19,7 +19,7 @@ from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parent))
-import smpl_layout  # noqa: E402
+import smpl_layout
 
 BETAS = np.array([0.5, 1.0, -0.5, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -39,8 +39,12 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> ShapeSpace:
 def test_joints_and_lengths_are_those_of_the_file(model: ShapeSpace) -> None:
     assert model.size == 10
     ours, theirs = shape.skeleton(BETAS), shape.skeleton(BETAS, model)
-    for name, value in bodies.measure_template(theirs).items():  # of the head the point, not the joint, is placed
-        assert value == pytest.approx(bodies.measure_template(ours)[name], rel=2e-2 if name == "head" else 1e-5)
+    for name, value in bodies.measure_template(
+        theirs
+    ).items():  # of the head the point, not the joint, is placed
+        assert value == pytest.approx(
+            bodies.measure_template(ours)[name], rel=2e-2 if name == "head" else 1e-5
+        )
     np.testing.assert_allclose(theirs.offsets_m, ours.offsets_m, atol=1e-5)
     assert shape.stature_m(BETAS, model) == pytest.approx(shape.stature_m(BETAS), abs=2e-3)
 
@@ -80,7 +84,9 @@ def test_names_of_joints_serve_where_their_number_says_nothing(tmp_path: Path, m
         joint_names=np.array(names),
     )
     found = model_file.read(path)
-    np.testing.assert_allclose(found.points_m(BETAS)["left_elbow"], model.points_m(BETAS)["left_elbow"], atol=1e-9)
+    np.testing.assert_allclose(
+        found.points_m(BETAS)["left_elbow"], model.points_m(BETAS)["left_elbow"], atol=1e-9
+    )
     np.testing.assert_allclose(found.weights, model.weights, atol=1e-12)
 
 
@@ -105,7 +111,9 @@ def test_pickles_as_published_are_read_without_running_them(
     monkeypatch.undo()
     found = model_file.read(path)
     np.testing.assert_allclose(found.vertices_m(BETAS), model.vertices_m(BETAS), atol=1e-12)
-    np.testing.assert_allclose(found.points_m(BETAS)["left_knee"], model.points_m(BETAS)["left_knee"], atol=1e-12)
+    np.testing.assert_allclose(
+        found.points_m(BETAS)["left_knee"], model.points_m(BETAS)["left_knee"], atol=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -132,7 +140,9 @@ def test_damaged_files_are_refused_in_one_line(tmp_path: Path, changes: dict[str
 def test_other_units_and_inverted_faces_are_refused(tmp_path: Path) -> None:
     arrays = smpl_layout.arrays()
     with pytest.raises(InputError, match="found a body 17"):
-        model_file.read(saved(tmp_path, v_template=100 * arrays["v_template"], shapedirs=100 * arrays["shapedirs"]))
+        model_file.read(
+            saved(tmp_path, v_template=100 * arrays["v_template"], shapedirs=100 * arrays["shapedirs"])
+        )
     with pytest.raises(InputError, match="faces that look inwards"):
         model_file.read(saved(tmp_path, f=arrays["f"][:, ::-1]))
 

@@ -40,7 +40,9 @@ def test_the_skin_is_closed_and_its_weights_sum_to_one() -> None:
 def test_places_are_linear_in_the_parameters() -> None:
     space = shape.space()
     both = space.vertices_m(np.stack((BETAS, np.zeros(10))))
-    np.testing.assert_allclose(both[0] - both[1], np.tensordot(BETAS, space.vertices_basis_m, axes=1), atol=1e-12)
+    np.testing.assert_allclose(
+        both[0] - both[1], np.tensordot(BETAS, space.vertices_basis_m, axes=1), atol=1e-12
+    )
     for name, place in space.points_m(BETAS).items():
         np.testing.assert_allclose(space.points_m(BETAS[None])[name][0], place)
 
@@ -123,7 +125,9 @@ def test_a_body_of_a_shape_has_its_height_and_mass() -> None:
     assert body.mass_kg == pytest.approx(shape.space().volume_m3(BETAS) * 995.5)
     scaled = bodies.build(betas=BETAS, height_m=1.80, mass_kg=75.0)
     assert (scaled.height_m, scaled.mass_kg) == (1.80, 75.0)
-    ratio = scaled.skeleton.offsets_m[1:] / np.where(body.skeleton.offsets_m[1:] == 0, 1, body.skeleton.offsets_m[1:])
+    ratio = scaled.skeleton.offsets_m[1:] / np.where(
+        body.skeleton.offsets_m[1:] == 0, 1, body.skeleton.offsets_m[1:]
+    )
     assert ratio.max() == pytest.approx(1.80 / body.height_m)
     capsules = [p for p in scaled.primitives if p.kind == "capsule"]
     own = {p.name: p for p in body.primitives}
