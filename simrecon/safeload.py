@@ -1,7 +1,7 @@
-"""Body model files of other projects as plain arrays: `.npz`, and pickles read without running what they ask for.
+"""Body model files of other projects as plain arrays: `.npz`, and pickles, of which nothing is run.
 
-The unpickler knows numpy's arrays, scipy's sparse matrices and chumpy's variables, as body models are published
-with them; the last two are replaced by stand-ins that hold their data. Every other name is refused.
+The unpickler knows numpy's arrays, scipy's sparse matrices and chumpy's variables, as body models are
+published with them; the last two are replaced by stand-ins that hold their data. Every other name is refused.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from simrecon.errors import InputError
 
 _PICKLES = (".pkl", ".pickle")
 _DAMAGED = (
-    pickle.UnpicklingError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError,
-    MemoryError, RecursionError, UnicodeDecodeError, zipfile.BadZipFile,
+    pickle.UnpicklingError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError,
+    OverflowError, MemoryError, RecursionError, UnicodeDecodeError, zipfile.BadZipFile,
 )  # fmt: skip
 
 
@@ -46,7 +46,8 @@ def load(path: Path | str) -> dict[str, Any]:
         path: `.npz`, `.pkl` or `.pickle`.
 
     Raises:
-        InputError: it can't be read, is of another kind, is damaged, or its pickle asks for anything but data.
+        InputError: it can't be read, is of another kind, is damaged, or its pickle asks for anything but
+        data.
     """
     path = Path(path)
     if path.suffix.lower() not in (".npz", *_PICKLES):
@@ -56,7 +57,7 @@ def load(path: Path | str) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"{path}: can't read the body model: {error.strerror}") from error
     try:
-        found = _npz(path, content) if path.suffix.lower() == ".npz" else _Unpickler(path, content).load()
+        found = _npz(content) if path.suffix.lower() == ".npz" else _Unpickler(path, content).load()
         if not isinstance(found, dict):
             raise ValueError(f"{type(found).__name__} instead of a dictionary")
         return {str(key): _plain(value) for key, value in found.items()}
@@ -65,7 +66,7 @@ def load(path: Path | str) -> dict[str, Any]:
         raise InputError(f"{path}: found a damaged file ({reason}); valid: a whole body model") from error
 
 
-def _npz(path: Path, content: bytes) -> dict[str, Any]:
+def _npz(content: bytes) -> dict[str, Any]:
     """Arrays of numbers and text; arrays of objects are left out, they would have to be unpickled."""
     found = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -158,6 +159,6 @@ class _Unpickler(pickle.Unpickler):
 
     def _refuse(self, what: str) -> NoReturn:
         raise InputError(
-            f"{self._path}: found {what!r} in the pickle, which is not run; valid: numbers, text, numpy arrays, "
-            "scipy's sparse matrices, chumpy's variables"
+            f"{self._path}: found {what!r} in the pickle, which is not run; valid: numbers, "
+            "text, numpy arrays, scipy's sparse matrices, chumpy's variables"
         )

@@ -2,8 +2,8 @@
 
 usage: python tools/evaluate_primitives.py UNSEEN.npz DIRECT.npz [--seconds 540]
 
-UNSEEN is what `make_shape_space.py --full` wrote: bodies at full resolution and their shape parameters. DIRECT
-keeps the direct fits between runs, a few seconds each; when all are done the tables are printed.
+UNSEEN is what `make_shape_space.py --full` wrote: bodies at full resolution and their shape parameters.
+DIRECT keeps the direct fits between runs, a few seconds each; when all are done the tables are printed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Make docs/images/bodies.jpg: three body shapes side by side, their primitives and the skin that these stand for.
+"""Make docs/images/bodies.jpg: three body shapes side by side, primitives and skin.
 
 usage: python tools/make_body_image.py
 """
@@ -83,7 +83,7 @@ def _camera() -> Camera:
 def _paint_skin(image: canvas.Image, camera: Camera, betas: Array, height_m: float, qpos: Array) -> None:
     space = shape.space()
     skin = space.vertices_m(betas) * height_m / shape.stature_m(betas)
-    skin = skin + [0.0, 0.0, qpos[2]]
+    skin = skin + np.array([0.0, 0.0, qpos[2]])
     corners = skin[space.faces]  # (F, 3, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)

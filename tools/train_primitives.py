@@ -1,10 +1,12 @@
 """Train ψ(β), the primitives of a shape (models/body/primitives.npz), after Gärtner 2022, appendix A.
 
-The paper fits eq. 9 to 50,000 sampled shapes and trains a network on the pairs. Here the network, of the same size, is
-trained on eq. 9 itself: every step samples new shapes and lowers the equation's value at the network's output, so no fit
-stands between the two. It starts from the direct fit (`simrecon.body.fitting`) of the mean shape. The distance of a primitive's
-point to the skin is that to the plane of the nearest vertex or face centre, within the area that stands for it.
-`tools/evaluate_primitives.py` compares the result with direct fits on shapes that were not used.
+The paper fits eq. 9 to 50,000 sampled shapes and trains a network on the pairs. Here the network, of the
+same size, is
+trained on eq. 9 itself: every step samples new shapes and lowers the equation's value at the network's
+output, so no fit stands between the two. It starts from the direct fit (`simrecon.body.fitting`) of the mean
+shape. The distance of a primitive's point to the skin is that to the plane of the nearest vertex or face
+centre, within the area that stands for it. `tools/evaluate_primitives.py` compares the result with direct
+fits on shapes that were not used.
 
 usage: python tools/train_primitives.py [--seconds 540] [--shapes 300000] [--state FILE]        (needs torch)
 """

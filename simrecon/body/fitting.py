@@ -6,7 +6,8 @@ plus the mean distance of points v_p on M̂_b to M_b is minimised over ψ:
     L(ψ) = Σ_b [ mean_g min_p ‖v_g - v_p‖ + mean_p min_g ‖v_p - v_g‖ ]
 
 Vertices and points weigh by the area that they stand for. M̂_b is the surface of the union: what lies within
-another primitive of the segment is no part of it. M_b is closed where it meets other segments (`pieces.Piece`).
+another primitive of the segment is no part of it. M_b is closed where it meets other segments
+(`pieces.Piece`).
 """
 
 from __future__ import annotations

@@ -114,8 +114,8 @@ def spread(shares: Array, segments: Sequence[str], wanted: Distribution) -> Arra
 def printable(masses_kg: Mapping[str, float], total_kg: float) -> dict[str, float]:
     """Masses that MJCF's six digits hold exactly and whose sum is the total, to 1e-6 kg.
 
-    What rounding leaves is put on the two lightest primitives of the centre, then on the lightest pair of left
-    and right, which have the most decimals.
+    What rounding leaves is put on the two lightest primitives of the centre, then on the lightest pair of
+    left and right, which have the most decimals.
     """
     rounded = {name: _rounded(mass) for name, mass in masses_kg.items()}
     lightest = sorted(rounded, key=lambda name: rounded[name])

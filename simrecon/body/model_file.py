@@ -1,13 +1,14 @@
 """Body models that the user owns (SMPL, SMPL-H, SMPL-X, GHUM and others of their layout) as a `ShapeSpace`.
 
-key              shape      also read as
-v_template       (V, 3)     template, vertices_template
-shapedirs        (V, 3, B)  shape_basis
-J_regressor      (K, V)     joint_regressor
-weights          (V, K)     lbs_weights, skinning_weights
-f                (F, 3)     faces
-kintree_table    (2, K)     parents (K,)
-joint_names      (K,)       needed unless K is that of SMPL (24), SMPL-H (52) or SMPL-X (55)
+Keys, and further names under which they are read:
+
+- v_template (V, 3): template, vertices_template
+- shapedirs (V, 3, B): shape_basis
+- J_regressor (K, V): joint_regressor
+- weights (V, K): lbs_weights, skinning_weights
+- f (F, 3): faces
+- kintree_table (2, K): parents (K,)
+- joint_names (K,): needed unless K is that of SMPL (24), SMPL-H (52) or SMPL-X (55)
 """
 
 from __future__ import annotations
@@ -42,9 +43,9 @@ _KEYS = {
 }
 # Joints in the order of the SMPL family; those that follow belong to hands, jaw and eyes.
 _SMPL = (
-    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle",
-    "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder",
-    "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle",
+    "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head",
+    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
 _COUNTS = {24: "SMPL", 52: "SMPL-H", 55: "SMPL-X"}
 # Our segments by other names, in lower case without "_", " " and "-"; the first one that a file has.
@@ -64,7 +65,7 @@ _ALIASES = {
 
 
 def read(path: Path | str) -> ShapeSpace:
-    """Read a body model; landmarks are placed as on simrecon's own mean shape, relative to head, hand and foot.
+    """Read a body model; landmarks are placed in head, hand and foot as on simrecon's own mean shape.
 
     Args:
         path: `.npz` or `.pkl`.
@@ -169,7 +170,7 @@ def _names(data: dict[str, Any], joints: int, path: Path | str) -> tuple[str, ..
 def _segments(
     names: tuple[str, ...], parents: IntArray, path: Path | str
 ) -> tuple[list[int], dict[str, int]]:
-    """Segment of each joint, its own or that of its nearest ancestor that is ours; and our joints' indices."""
+    """Segment of each joint, its own or that of the nearest ancestor that is ours; our joints' indices."""
     joints: dict[str, int] = {}
     plain = [name.lower().replace("_", "").replace(" ", "").replace("-", "") for name in names]
     for segment in template().names:
@@ -240,7 +241,7 @@ def _weights(corners_m: Array, target_m: Array) -> Array:
     """The smallest weights (n,) of points (n, 3), sum 1, whose mean is the target, or as near as can be."""
     centre = corners_m.mean(axis=0)
     moved: Array = np.linalg.pinv(corners_m - centre).T @ (target_m - centre)
-    return moved - moved.mean() + 1.0 / len(corners_m)
+    return np.asarray(moved - moved.mean() + 1.0 / len(corners_m))
 
 
 def _rough(at_m: dict[str, Array]) -> dict[str, Array]:
@@ -253,7 +254,7 @@ def _rough(at_m: dict[str, Array]) -> dict[str, Array]:
 def _segment_of(point: str) -> str:
     unit = template()
     if point in unit.point_names:
-        return unit.names[unit.point_segments[unit.point_names.index(point)]]
+        return str(unit.names[unit.point_segments[unit.point_names.index(point)]])
     return "head" if point == "crown" else point.replace("_sole", "_ankle")
 
 

@@ -19,8 +19,8 @@ _NEAR_VERTICES = 3
 class Piece:
     """Which vertices and faces of a skin belong to a segment; no places, so it serves every shape.
 
-    The piece is open where it meets the next segments. Each opening is closed by a fan around the mean of its rim, so that
-    a primitive's end within the body is measured against where the segment ends.
+    The piece is open where it meets the next segments. Each opening is closed by a fan around the mean of
+    its rim, so that a primitive's end within the body is measured against where the segment ends.
 
     Attributes:
         segment: index of the segment.

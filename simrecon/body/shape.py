@@ -1,9 +1,9 @@
-"""The shape space: shape parameters (betas) → joint centres, landmarks and skin of a person who stands relaxed.
+"""The shape space: shape parameters (betas) → joint centres, landmarks and skin of a relaxed stance.
 
     x(β) = x̄ + Σ_i β_i B_i
 
-for joint centres, landmarks and skin vertices alike; β has independent components of unit variance over the adults that
-the basis was made of. Axes: x forward, y left, z up; the origin is the middle of the hip joints.
+for joint centres, landmarks and skin vertices alike; β has independent components of unit variance over the
+adults that the basis was made of. Axes: x forward, y left, z up; the origin is the middle of the hip joints.
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
     given = np.asarray(betas, dtype=np.float64)
     if given.ndim != 1 or len(given) > shapes.size:
         raise InputError(
-            f"{where}: found an array of shape {given.shape}; valid: up to {shapes.size} numbers ({shapes.name})"
+            f"{where}: found an array of shape {given.shape}; "
+            f"valid: up to {shapes.size} numbers ({shapes.name})"
         )
     if not np.all(np.abs(given) <= BETA_MAX):
         raise InputError(
@@ -177,7 +178,8 @@ def fit(
 ) -> Array:
     """The most probable shape for what is known of a person.
 
-    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β‖² over given lengths, stature and mass (volume times density).
+    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β‖² over given lengths, stature and mass (volume times
+    density).
 
     Args:
         lengths_m: by name of `models/body/skeleton.toml`, as `body.measure` returns them; may be empty.

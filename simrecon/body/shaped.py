@@ -87,7 +87,8 @@ def primitives(
 ) -> tuple[Primitive, ...]:
     """The primitives of a shape on a kinematic tree that may have other lengths than the shape's own.
 
-    Limbs are stretched along their bones, the trunk along z, feet from heel to toe; all else, thickness too, follows stature.
+    Limbs are stretched along their bones, the trunk along z, feet from heel to toe; all else, thickness too,
+    follows stature.
 
     Args:
         made: the shape.
@@ -161,7 +162,7 @@ def _placed(made: Shape, skeleton: Skeleton, i: int, scale: float, sole_m: float
         row[:3], row[3:6] = row[:3] * stretch, row[3:6] * stretch
     elif layout.names[i].endswith("_foot"):
         row = _foot(row, own, skeleton, sole_m)
-    return row
+    return np.asarray(row)
 
 
 def _foot(row: Array, own: Skeleton, skeleton: Skeleton, sole_m: float) -> Array:

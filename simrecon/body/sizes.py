@@ -1,7 +1,7 @@
 """The sizes ψ of all primitives as one vector, and ψ(β) by a small neural network (Gärtner 2022, appendix A).
 
-Left side and centre only. ψ is linear in end points, centres, radii and half sizes: capsules across the body (ends
-at (x, ±y, z)), in its middle plane (both ends at y = 0) and anywhere, and boxes.
+Left side and centre only. ψ is linear in end points, centres, radii and half sizes: capsules across the body
+(ends at (x, ±y, z)), in its middle plane (both ends at y = 0) and anywhere, and boxes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Capsules and boxes as surfaces: signed distances of points, and points on them, with derivatives.
 
-A primitive is its nine values (`sizes.VALUES`): capsule ends a (3), b (3), radius; box centre (3), 0 (3), half sizes.
+A primitive is its nine values (`sizes.VALUES`): capsule ends a (3), b (3), radius; box centre (3), 0 (3),
+half sizes.
 """
 
 from __future__ import annotations
@@ -57,15 +58,15 @@ def samples(kind: str, values: Array) -> tuple[Array, Array, Array]:
     """Points spread over the surface of a primitive.
 
     Returns:
-        points (P, 3), area that each stands for (P,), and derivative (P, 3, 9) of the points by `values`; a turn of the
-        capsule about its axis, which moves points along the surface only, is left out.
+        points (P, 3), area that each stands for (P,), and derivative (P, 3, 9) of the points by `values`; a
+        turn of the capsule about its axis, which moves points along the surface only, is left out.
     """
     return _on_capsule(values) if kind == "capsule" else _on_box(values)
 
 
 @cache
 def _unit_capsule() -> tuple[Array, Array, Array, Array]:
-    """Shares along the axis, normals in the capsule's frame (axis z), cylinder's and caps' part of the area."""
+    """Shares along the axis, normals in the capsule's frame (axis z), shares of cylinder's and caps' area."""
     turn = np.arange(_AROUND) * 2 * np.pi / _AROUND
     ring = np.column_stack((np.cos(turn), np.sin(turn), np.zeros(_AROUND)))
     share, normal, cylinder, cap = [], [], [], []

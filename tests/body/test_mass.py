@@ -112,8 +112,8 @@ def test_distributions_for_retargeting(
     assert mass.distribution(name).mass_kg == mass_kg
     body, usual = person(shaped, mass_kg, name), person(shaped, mass_kg)
     assert share(body, segments) == pytest.approx(wanted, abs=1e-5)
-    legs = [part.mass_kg / other.mass_kg for part, other in zip(body.primitives, usual.primitives, strict=True)
-            if part.segment not in segments]  # fmt: skip
+    both = zip(body.primitives, usual.primitives, strict=True)
+    legs = [part.mass_kg / other.mass_kg for part, other in both if part.segment not in segments]
     np.testing.assert_allclose(legs, legs[0], rtol=1e-4)
     assert compiled(body).body_mass.sum() == pytest.approx(mass_kg, abs=1e-5)
 

@@ -68,9 +68,11 @@ def test_primitives_are_fitted_to_its_skin(model: ShapeSpace) -> None:
 def test_names_of_joints_serve_where_their_number_says_nothing(tmp_path: Path, model: ShapeSpace) -> None:
     arrays = smpl_layout.arrays()
     keep = [joint for joint in range(24) if joint not in (10, 11, 22, 23)]
-    names = ["Hips", "LeftUpLeg", "RightUpLeg", "Spine", "LeftLeg", "RightLeg", "Spine2", "LeftFoot", "RightFoot",
-             "Spine3", "Neck", "LeftShoulder", "RightShoulder", "Head", "LeftArm", "RightArm", "LeftForeArm",
-             "RightForeArm", "LeftHand", "RightHand"]  # fmt: skip
+    names = [
+        "Hips", "LeftUpLeg", "RightUpLeg", "Spine", "LeftLeg", "RightLeg", "Spine2", "LeftFoot", "RightFoot",
+        "Spine3", "Neck", "LeftShoulder", "RightShoulder", "Head", "LeftArm", "RightArm", "LeftForeArm",
+        "RightForeArm", "LeftHand", "RightHand",
+    ]  # fmt: skip
     new = {old: i for i, old in enumerate(keep)}
     weights = arrays["weights"].copy()
     for joint in (10, 11, 22, 23):
