@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def make(betas: Array, *, height_m: float | None = None, shapes: ShapeSpace | No
     if shapes is shape.space():
         psi = sizes.regress(betas)
     else:
-        psi = fitting.fit(fitting.targets(shapes, betas), fitting.start(shape.stature_m(betas, shapes)))
+        psi = _fitted(shapes, tuple(betas.tolist()))
     own_m = shape.stature_m(betas, shapes)
     scale = 1.0 if height_m is None else height_m / own_m
     return Shape(
@@ -74,6 +74,13 @@ def make(betas: Array, *, height_m: float | None = None, shapes: ShapeSpace | No
         own_m * scale,
         shapes.volume_m3(betas) * scale**3,
     )
+
+
+@lru_cache(maxsize=16)
+def _fitted(shapes: ShapeSpace, betas: tuple[float, ...]) -> Array:
+    """Sizes ψ of a shape by direct fit; a run asks for the same one more than once."""
+    given = np.array(betas)
+    return fitting.fit(fitting.targets(shapes, given), fitting.start(shape.stature_m(given, shapes)))
 
 
 def primitives(
