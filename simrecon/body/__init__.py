@@ -6,6 +6,7 @@ import numpy as np
 
 from simrecon.body import mjcf, primitives, shaped
 from simrecon.body.shape import ShapeSpace
+from simrecon.body.shaped import Shape, Wanted
 from simrecon.body.skeleton import (
     measure,
     measure_template,
@@ -20,6 +21,8 @@ from simrecon.types import Array, Body, Primitive, Skeleton
 
 __all__ = [
     "Primitive",
+    "Shape",
+    "Wanted",
     "build",
     "measure",
     "measure_template",

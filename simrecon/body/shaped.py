@@ -44,6 +44,22 @@ class Shape:
         return self.volume_m3 * mass.density_kgpm3()
 
 
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What a run is told of the body's shape.
+
+    Attributes:
+        betas: shape parameters, or None: those that lengths, height and mass make most probable
+            (`shape.fit`).
+        shapes: their space; that of simrecon if None.
+        distribution: of mass, by name (`mass.distribution`).
+    """
+
+    betas: Array | None = None
+    shapes: ShapeSpace | None = None
+    distribution: str = "standard"
+
+
 def make(betas: Array, *, height_m: float | None = None, shapes: ShapeSpace | None = None) -> Shape:
     """The body of some shape parameters.
 

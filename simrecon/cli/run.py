@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from simrecon import evidence, plan, reconstruct, resources, results, scene
-from simrecon.body import names
+from simrecon.body import Wanted, mass, model_file, names, shape
 from simrecon.cli import arguments
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.progress import Progress, duration
@@ -42,6 +44,22 @@ def add(commands: Any) -> None:
     run.add_argument(
         "--mass-kg", type=arguments.number(MASS_RANGE_KG), metavar="KG", help="the person's mass"
     )
+    run.add_argument(
+        "--betas",
+        type=arguments.numbers,
+        metavar="B,…",
+        help="shape parameters, the first ones; --betas=-1,… where the first is negative [lengths as measured]",
+    )
+    run.add_argument(
+        "--body-model",
+        metavar="FILE",
+        help="whose parameters they are: .npz or .pkl of SMPL's layout [simrecon's own]",
+    )
+    run.add_argument(
+        "--mass-distribution",
+        choices=tuple(mass.distributions()),
+        help="of the body's mass; characters of Rempe et al. 2020 [standard]",
+    )
 
 
 def _add_settings(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +79,16 @@ def _run(options: argparse.Namespace) -> int:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:
         given = replace(given, mass_kg=options.mass_kg)
-    return _make(options, given, scene.read(options.scene) if options.scene else Scene())
+    things = scene.read(options.scene) if options.scene else Scene()
+    return _make(options, given, things, _wanted(options))
+
+
+def _wanted(options: argparse.Namespace) -> Wanted | None:
+    if (options.betas, options.body_model, options.mass_distribution) == (None, None, None):
+        return None
+    shapes = shape.space() if options.body_model is None else model_file.read(options.body_model)
+    betas = None if options.betas is None else shape.check(np.array(options.betas), shapes, "--betas")
+    return Wanted(betas, shapes, options.mass_distribution or "standard")
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -70,7 +97,7 @@ def _demo(options: argparse.Namespace) -> int:
     return _make(options, evidence.read(options.input), scene.read(folder / "beam.toml"))
 
 
-def _make(options: argparse.Namespace, given: Evidence, things: Scene) -> int:
+def _make(options: argparse.Namespace, given: Evidence, things: Scene, wanted: Wanted | None = None) -> int:
     """Everything that may be wrong is checked before the work begins."""
     settings = plan.read(options.plan)
     results.check_writable(options.output)
@@ -78,7 +105,7 @@ def _make(options: argparse.Namespace, given: Evidence, things: Scene) -> int:
         overlay.check_video(options.video, given.times_s, given.camera)
     with _Stages() as stages:
         made = reconstruct.reconstruct(
-            given, things, settings, seed=options.seed, threads=options.threads, report=stages
+            given, things, settings, seed=options.seed, threads=options.threads, wanted=wanted, report=stages
         )
     said = results.write(
         options.output,
