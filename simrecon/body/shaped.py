@@ -76,10 +76,8 @@ def make(betas: Array, *, height_m: float | None = None, shapes: ShapeSpace | No
     """
     shapes = shapes or shape.space()
     betas = shape.check(betas, shapes)
-    if shapes is shape.space():
-        psi = sizes.regress(betas)
-    else:
-        psi = _fitted(shapes, tuple(betas.tolist()))
+    own = shapes is shape.space()
+    psi = sizes.regress(betas) if own else _fitted(shapes, tuple(betas.tolist()))
     own_m = shape.stature_m(betas, shapes)
     scale = 1.0 if height_m is None else height_m / own_m
     return Shape(
