@@ -53,7 +53,7 @@ def add(commands: Any) -> None:
     run.add_argument(
         "--body-model",
         metavar="FILE",
-        help="whose parameters they are: .npz or .pkl of SMPL's layout [simrecon's own]",
+        help="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]",
     )
     run.add_argument(
         "--mass-distribution",

@@ -89,7 +89,7 @@ def fit(
 
 
 def _person(evidence: Evidence, wanted: bodies.Wanted | None) -> tuple[Skeleton, bodies.Shape | None]:
-    """Kinematic tree, and the shape if one is wanted: betas give the lengths, or measured lengths the betas."""
+    """Kinematic tree, and the shape if one is wanted: betas give lengths, or measured lengths the betas."""
     lengths = bodies.measure(evidence)
     measured = bodies.scaled(lengths, evidence.height_m, primitives.default_height_m())
     if wanted is None:
