@@ -12,7 +12,7 @@ import numpy as np
 
 from simrecon.types import Array
 
-_AROUND, _ALONG, _CAP_RINGS, _CELLS = 12, 5, 3, 4
+_AROUND, _ALONG, _CAP_RINGS, _CELLS = 10, 4, 2, 4
 _TINY = 1e-9
 
 
