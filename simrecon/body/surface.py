@@ -107,7 +107,7 @@ def _on_capsule(values: Array) -> tuple[Array, Array, Array]:
 
 
 def _frame(u: Array) -> Array:
-    """Rotation (3, 3) whose third column is u: the smallest turn from the nearest axis, so it follows u smoothly."""
+    """Rotation (3, 3) with third column u: the smallest turn from the nearest axis, smooth in u."""
     k = int(np.argmax(np.abs(u)))
     near = np.eye(3)[k] * np.sign(u[k])
     across = np.cross(near, u)
