@@ -49,6 +49,7 @@ def main() -> None:
         net.load_state_dict(kept["net"])
         optimiser.load_state_dict(kept["optimiser"])
         schedule.load_state_dict(kept["schedule"])
+        schedule.T_max = steps  # the rate still ends low where `--shapes` has changed
         done = kept["done"]
     begin, shown = time.perf_counter(), []
     while done < steps and time.perf_counter() - begin < options.seconds:

@@ -12,7 +12,7 @@ from trimesh import triangles
 
 from simrecon.types import Array, IntArray
 
-_NEAR_VERTICES = 3
+_NEAR_VERTICES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ def vertex_areas(vertices_m: Array, faces: IntArray) -> Array:
 def closest(piece: Piece, vertices_m: Array, points_m: Array) -> Array:
     """Nearest point (P, 3) of a piece to each point (P, 3).
 
-    Only faces at the three nearest vertices are looked at, of a fan those at the nearest of its rim.
+    Only faces at the two nearest vertices are looked at, of a fan those at the nearest of its rim.
     """
     _, near = cKDTree(vertices_m[: len(piece.rows)]).query(points_m, k=_NEAR_VERTICES)
     candidates = piece.around[near].reshape(len(points_m), -1)  # (P, C)

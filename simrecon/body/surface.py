@@ -12,7 +12,7 @@ import numpy as np
 
 from simrecon.types import Array
 
-_AROUND, _ALONG, _CAP_RINGS, _CELLS = 12, 5, 3, 4
+_AROUND, _ALONG, _CAP_RINGS, _CELLS = 10, 4, 2, 4
 _TINY = 1e-9
 
 
@@ -92,10 +92,7 @@ def _on_capsule(values: Array) -> tuple[Array, Array, Array]:
     a, b, radius = values[:3], values[3:6], values[6]
     length = max(float(np.linalg.norm(b - a)), _TINY)
     u = (b - a) / length
-    reference = np.eye(3)[np.argmin(np.abs(u))]
-    e1 = np.cross(u, reference)
-    e1 /= np.linalg.norm(e1)
-    n = normal @ np.stack((e1, np.cross(u, e1), u))  # (P, 3)
+    n = normal @ _frame(u).T  # (P, 3)
     area = 2 * np.pi * radius * length * cylinder + 4 * np.pi * radius**2 * cap
     # d n = (u × du) × n = du (u·n) - u (du·n), du = (1 - u uᵀ)(db - da) / length
     across = np.eye(3) - np.outer(u, u)
@@ -107,6 +104,17 @@ def _on_capsule(values: Array) -> tuple[Array, Array, Array]:
     slope[:, :, 3:6] = share[:, None, None] * np.eye(3) + turned
     slope[:, :, 6] = n
     return a + share[:, None] * (b - a) + radius * n, area, slope
+
+
+def _frame(u: Array) -> Array:
+    """Rotation (3, 3) with third column u: the smallest turn from the nearest axis, smooth in u."""
+    k = int(np.argmax(np.abs(u)))
+    near = np.eye(3)[k] * np.sign(u[k])
+    across = np.cross(near, u)
+    cross = np.cross(np.eye(3), across)  # (3, 3) cross @ x = across × x
+    turn = np.eye(3) + cross + cross @ cross / (1.0 + float(near @ u))
+    first = np.eye(3)[(k + 1) % 3]
+    return np.asarray(turn @ np.column_stack((first, np.cross(near, first), near)))
 
 
 @cache
