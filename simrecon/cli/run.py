@@ -48,7 +48,7 @@ def add(commands: Any) -> None:
         "--betas",
         type=arguments.numbers,
         metavar="B,…",
-        help="shape parameters, the first ones; --betas=-1,… where the first is negative [lengths as measured]",
+        help="shape parameters, the first ones; --betas=-1,… if the first is negative [as measured]",
     )
     run.add_argument(
         "--body-model",
