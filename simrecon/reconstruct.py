@@ -17,10 +17,12 @@ from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines import sampling
+from simrecon.engines import start as starts
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.plan import Plan
 from simrecon.results import Audit
+from simrecon.scene import check
 from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult, WindowStatus
 
 Report = Callable[[str, float, float], None]
@@ -58,6 +60,7 @@ def reconstruct(
     seed: int = 0,
     threads: int = 0,
     report: Report = _silent,
+    start: Motion | None = None,
 ) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
@@ -68,9 +71,10 @@ def reconstruct(
         seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
         threads: of the simulator, 0 for one per core.
         report: told of the progress.
+        start: a finished motion of the same clip, perhaps in another scene, to begin from.
 
     Raises:
-        InputError: the evidence can't be used.
+        InputError: the evidence, the scene or the motion to start from can't be used.
     """
     marks = [time.perf_counter()]
     uniform, grid = resample(evidence)
@@ -82,8 +86,11 @@ def reconstruct(
 
     mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
     problem = problems.pose(fit, uniform, mjcf, clock, plan)
-    engine = sampling.Sampler(problem, threads)
+    check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     handover = sampling.start(problem)
+    if start is not None:
+        problem, handover = starts.from_motion(problem, start)
+    engine = sampling.Sampler(problem, threads)
     rng = np.random.default_rng(seed)
     solved: list[WindowResult] = []
     for window in schedule.cut(clock, plan):
