@@ -18,10 +18,12 @@ from simrecon import scene as scenes
 from simrecon.body import Wanted
 from simrecon.engines import problem as problems
 from simrecon.engines import sampling
+from simrecon.engines import start as starts
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.plan import Plan
 from simrecon.results import Audit
+from simrecon.scene import check
 from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult, WindowStatus
 
 Report = Callable[[str, float, float], None]
@@ -60,6 +62,7 @@ def reconstruct(
     threads: int = 0,
     wanted: Wanted | None = None,
     report: Report = _silent,
+    start: Motion | None = None,
 ) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
@@ -71,9 +74,10 @@ def reconstruct(
         threads: of the simulator, 0 for one per core.
         wanted: the body's shape, as far as it is known; None: the proportions of the average.
         report: told of the progress.
+        start: a finished motion of the same clip, perhaps in another scene, to begin from.
 
     Raises:
-        InputError: the evidence or the wanted shape can't be used.
+        InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
     """
     marks = [time.perf_counter()]
     uniform, grid = resample(evidence)
@@ -85,8 +89,11 @@ def reconstruct(
 
     mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
     problem = problems.pose(fit, uniform, mjcf, clock, plan)
-    engine = sampling.Sampler(problem, threads)
+    check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     handover = sampling.start(problem)
+    if start is not None:
+        problem, handover = starts.from_motion(problem, start)
+    engine = sampling.Sampler(problem, threads)
     rng = np.random.default_rng(seed)
     solved: list[WindowResult] = []
     for window in schedule.cut(clock, plan):

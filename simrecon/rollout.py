@@ -22,7 +22,7 @@ class Rollouts:
     """What P rollouts did at F steps each, in the order of the controls.
 
     Attributes:
-        qpos: (P, F, nq); points_m: (P, F, M, 3) sites; com_m: (P, F, 3).
+        qpos: (P, F, nq) of the person; points_m: (P, F, M, 3) sites; com_m: (P, F, 3).
         finite: (P,) False where a rollout diverged; its arrays then mean nothing.
     """
 
@@ -30,6 +30,36 @@ class Rollouts:
     points_m: Array
     com_m: Array
     finite: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Person:
+    """Where the person lies in a model: the first tree of bodies, before all things that move.
+
+    Attributes:
+        body: id of the pelvis.
+        nq, nv: qpos[:nq] and qvel[:nv] are the person's.
+    """
+
+    body: int
+    nq: int
+    nv: int
+
+
+def person(model: mujoco.MjModel) -> Person:
+    """The person's share of the coordinates: that of the first joint's tree."""
+    root = int(model.body_rootid[model.jnt_bodyid[0]])
+    own = model.body_rootid[model.jnt_bodyid] == root  # (njnt,)
+    count = int(own.sum())
+    if count == model.njnt:
+        return Person(root, model.nq, model.nv)
+    return Person(root, int(model.jnt_qposadr[count]), int(model.jnt_dofadr[count]))
+
+
+def with_things(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Configurations (T, nq) of the model: the person's (T, person nq), and all that moves at rest."""
+    rest = model.qpos0[person(model).nq :]
+    return np.concatenate((qpos, np.broadcast_to(rest, (len(qpos), len(rest)))), axis=1)
 
 
 class Simulator:
@@ -40,7 +70,7 @@ class Simulator:
 
     def __init__(self, model: mujoco.MjModel, population: int, threads: int = 0) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
-        self.model = model
+        self.model, self.person = model, person(model)
         self.batch = mujoco.batch.Batch(model, population, threads)
         self.seconds = 0.0
         self.steps = 0
@@ -74,10 +104,10 @@ class Simulator:
         first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
         started_at = (at_steps == 0)[None, :, None]
         qpos = np.where(started_at, first[:, None], out["qpos"][:, np.maximum(at_steps - 1, 0)])
-        points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, 1]
+        points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, self.person.body]
         warned = self.batch.warning[:count, :, 1].any(axis=1)
         finite = ~warned & np.isfinite(self.batch.state[:count]).all(axis=1)
-        return Rollouts(qpos, points, com, finite)
+        return Rollouts(qpos[..., : self.person.nq], points, com, finite)
 
 
 def initial_state(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:

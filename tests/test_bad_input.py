@@ -138,7 +138,7 @@ def edited(folder: Path, name: str, source: Path, old: str, new: str) -> None:
         (["run"], ("INPUT", "-o")),
         (["run", "clip.npz"], ("-o",)),
         (["run", "nowhere.npz", "-o", "out"], ("nowhere.npz", "existing")),
-        (["run", ".", "-o", "out"], (".:", "existing")),
+        (["run", ".", "-o", "out"], (".:", "a folder of no known format")),
         (["run", "clip.npz", "-o", "out", "--sed", "1"], ("--sed",)),
         (["run", "clip.npz", "-o", "out", "--engine", "centroidal"], ("centroidal", "sampling")),
         (["run", "clip.npz", "-o", "out", "--seed", "-1"], ("--seed", "'-1'", "0 to")),

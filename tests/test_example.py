@@ -15,6 +15,9 @@ from simrecon.results import video
 
 FOLDER = resources.folder("example")
 
+BEAM = scene.read(FOLDER / "beam.toml").items[0]
+LENGTH_M, WIDTH_M, HEIGHT_M = (float(BEAM.parameters[f"{of}_m"]) for of in ("length", "width", "height"))
+
 
 def test_all_is_there_and_small() -> None:
     files = {path.name: path.stat().st_size for path in FOLDER.iterdir() if path.name != "__pycache__"}
@@ -52,7 +55,7 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
     given = evidence.read(FOLDER / "beam.npz")
     assert given.camera is not None
     beam = scene.read(FOLDER / "beam.toml").items[0]
-    assert 0.05 <= beam.size_m[2] <= 0.07
+    assert 0.05 <= HEIGHT_M <= 0.07
     every = given.times_s[::5]
     background = np.median(list(video.frames(FOLDER / "beam.mp4", every)), axis=0)  # without the person
     grey = cv2.cvtColor(background.astype(np.uint8), cv2.COLOR_BGR2GRAY)
@@ -60,14 +63,14 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
 
     def brightness(y_m: float, z_m: float) -> float:
         """Mean along the beam's near half, at a distance from the middle of its top."""
-        x = beam.position_m[0] + np.linspace(0.0, 0.48, 40) * beam.size_m[0]
-        places = np.stack((x, np.full(40, beam.position_m[1] + y_m), np.full(40, beam.size_m[2] + z_m)), -1)
+        x = beam.position_m[0] + np.linspace(0.0, 0.48, 40) * LENGTH_M
+        places = np.stack((x, np.full(40, beam.position_m[1] + y_m), np.full(40, HEIGHT_M + z_m)), -1)
         columns, rows = np.rint(scale * cameras.project(given.camera, places)).astype(int).T
         return float(grey[rows, columns].mean())
 
-    side = brightness(-beam.size_m[1] / 2, -0.025)
+    side = brightness(-WIDTH_M / 2, -0.025)
     assert side < 0.85 * brightness(0.0, 0.0)
-    assert side < 0.85 * brightness(-0.15, 0.013 - beam.size_m[2])
+    assert side < 0.85 * brightness(-0.15, 0.013 - HEIGHT_M)
 
 
 def test_the_standing_foot_is_on_the_beam() -> None:
@@ -75,8 +78,8 @@ def test_the_standing_foot_is_on_the_beam() -> None:
     assert given.camera is not None
     beam = scene.read(FOLDER / "beam.toml").items[0]
     toe = given.keypoints_px[:5, given.keypoint_names.index("left_foot_index")].mean(axis=0)
-    x = np.linspace(-0.5, 0.5, 400) * beam.size_m[0] + beam.position_m[0]
-    line = np.stack((x, np.full(400, beam.position_m[1]), np.full(400, beam.size_m[2])), axis=-1)
+    x = np.linspace(-0.5, 0.5, 400) * LENGTH_M + beam.position_m[0]
+    line = np.stack((x, np.full(400, beam.position_m[1]), np.full(400, HEIGHT_M)), axis=-1)
     nearest = np.linalg.norm(cameras.project(given.camera, line) - toe, axis=-1).min()
     assert nearest < 30  # px, about 7 cm there
 

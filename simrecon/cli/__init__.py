@@ -13,11 +13,11 @@ from collections.abc import Iterator
 import mujoco
 
 import simrecon
-from simrecon.cli import evaluate, run
+from simrecon.cli import evaluate, rerun, run, scene
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError
 
-COMMANDS = (run, evaluate)
+COMMANDS = (run, rerun, evaluate, scene)
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 
 

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from simrecon import evidence, plan, reconstruct, resources, results, scene
+from simrecon import evidence, plan, reconstruct, resources, results, scene, softfloor
 from simrecon.body import Wanted, mass, model_file, names, shape
-from simrecon.cli import arguments
+from simrecon.cli import arguments, reading
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.progress import Progress, duration
 from simrecon.results import overlay
-from simrecon.types import Evidence, Report, Scene
+from simrecon.types import Evidence, Motion, Report, Scene
 
 EXIT_FALLBACK = 3
 ENGINES = ("sampling",)
@@ -32,9 +32,10 @@ def add(commands: Any) -> None:
     _add_settings(demo)
 
     run = arguments.command(commands, "run", _run, "from evidence to a simulated motion")
-    run.add_argument("input", metavar="INPUT", help="evidence (.npz, see docs/formats.md)")
+    run.add_argument("input", metavar="INPUT", help="evidence, a network's output or motion capture")
     run.add_argument("-o", dest="output", metavar="OUT", required=True, help="result folder, which is made")
     _add_settings(run)
+    reading.add(run)
     run.add_argument("--engine", choices=ENGINES, default=ENGINES[0], help="optimiser [%(default)s]")
     run.add_argument("--scene", metavar="FILE", help="floor and things (scene.toml) [a floor at z = 0]")
     run.add_argument("--video", metavar="FILE", help="what the overlay is drawn on [plain ground]")
@@ -62,9 +63,11 @@ def add(commands: Any) -> None:
     )
 
 
-def _add_settings(parser: argparse.ArgumentParser) -> None:
+def _add_settings(parser: argparse.ArgumentParser, plan_name: str | None = "default") -> None:
+    """Options of every command that simulates."""
     plans = ", ".join(plan.names())
-    parser.add_argument("--plan", default="default", help=f"{plans}, or a path [%(default)s]")
+    default = "that of before" if plan_name is None else "%(default)s"
+    parser.add_argument("--plan", default=plan_name, help=f"{plans}, or a path [{default}]")
     seed, threads = arguments.whole(LARGEST_SEED), arguments.whole(1024)
     parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of random numbers [%(default)s]")
     parser.add_argument(
@@ -73,14 +76,14 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    given = evidence.read(options.input)
+    given = reading.read(options)
     evidence.check_names(given, names.valid_names(), options.input)
     if options.height_m is not None:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:
         given = replace(given, mass_kg=options.mass_kg)
     things = scene.read(options.scene) if options.scene else Scene()
-    return _make(options, given, things, _wanted(options))
+    return _make(options, given, things, wanted=_wanted(options))
 
 
 def _wanted(options: argparse.Namespace) -> Wanted | None:
@@ -97,16 +100,34 @@ def _demo(options: argparse.Namespace) -> int:
     return _make(options, evidence.read(options.input), scene.read(folder / "beam.toml"))
 
 
-def _make(options: argparse.Namespace, given: Evidence, things: Scene, wanted: Wanted | None = None) -> int:
-    """Everything that may be wrong is checked before the work begins."""
+def _make(
+    options: argparse.Namespace,
+    given: Evidence,
+    things: Scene,
+    start: Motion | None = None,
+    wanted: Wanted | None = None,
+) -> int:
+    """Reconstruct and write; everything that may be wrong is checked before the work begins.
+
+    Args:
+        options: with output, plan, video, seed, threads and input.
+        given: what one camera saw.
+        things: the scene.
+        start: a finished motion to begin from.
+        wanted: the body's shape, as far as it is known.
+    """
     settings = plan.read(options.plan)
     results.check_writable(options.output)
     if options.video is not None:
         overlay.check_video(options.video, given.times_s, given.camera)
+    found = None
     with _Stages() as stages:
-        made = reconstruct.reconstruct(
-            given, things, settings, seed=options.seed, threads=options.threads, wanted=wanted, report=stages
-        )
+        how: dict[str, Any] = {"seed": options.seed, "threads": options.threads, "report": stages}
+        how["wanted"] = wanted
+        if things.ground.stiffness_Npm == scene.FIT:
+            found = softfloor.calibrate(given, things, settings, **how)
+            things, start = replace(things, ground=found.ground), found.motion
+        made = reconstruct.reconstruct(given, things, settings, start=start, **how)
     said = results.write(
         options.output,
         made,
@@ -115,6 +136,7 @@ def _make(options: argparse.Namespace, given: Evidence, things: Scene, wanted: W
         threads=options.threads,
         input_name=str(options.input),
         video=options.video,
+        calibration=found,
     )
     print(_summary(said, str(options.output)))
     return EXIT_FALLBACK if said["frames"]["fallback"] else 0
@@ -129,8 +151,13 @@ def _summary(said: Report, folder: str) -> str:
         simulated += f"; {frames['interpolated']} interpolated, the person was out of view"
     loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
     spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
+    floor = said.get("soft_floor")
     files = ", ".join(sorted(path.name for path in Path(folder).iterdir()))
-    rows = {"frames": simulated, "loss": loss, "time": spent, "written": f"{folder}: {files}"}
+    rows = {"frames": simulated, "loss": loss, "time": spent}
+    if floor:
+        bound = ", an end of the search's range" if floor["at_bound"] else ""
+        rows["floor"] = f"{floor['stiffness_Npm']:.3g} N/m{bound}, {floor['damping_Nspm']:.3g} N s/m"
+    rows["written"] = f"{folder}: {files}"
     return "\n".join(f"{name:<9}{value}" for name, value in rows.items())
 
 

@@ -27,7 +27,7 @@ class Problem:
         model: body and scene, compiled from `mjcf`; mjcf: the text that is saved.
         clock: frames and steps. plan: settings. prior: on poses.
         interval_s: between the frames that the loss looks at, every `every`-th one.
-        qpos: (T, nq) kinematic fit; qvel0: (nv,) its velocity at the first frame.
+        qpos: (T, nq) kinematic fit, other things that move at rest; qvel0: (nv,) velocity at the first frame.
         targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.
@@ -77,6 +77,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         plan: settings.
     """
     model = mujoco.MjModel.from_xml_string(mjcf)
+    qpos = rollout.with_things(model, fit.qpos)
     _, points = kinematics.configurations(fit.body, fit.qpos)
     rays, scores = _observations(fit, evidence)
     skeleton = fit.body.skeleton
@@ -89,8 +90,8 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         plan=plan,
         prior=prior.gaussian(skeleton),
         every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
-        qpos=fit.qpos,
-        qvel0=rollout.velocities(model, fit.qpos[:3], clock.frame_s)[0],
+        qpos=qpos,
+        qvel0=rollout.velocities(model, qpos[:3], clock.frame_s)[0],
         targets_rad=_targets(model, fit.qpos, clock),
         orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),
         com_m=fit.com_m,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from simrecon.evidence.npz import check_names, read, write
+from simrecon.evidence.formats import read
+from simrecon.evidence.npz import check_names, write
+from simrecon.evidence.options import Options
 from simrecon.evidence.resample import resample, visibility
 
-__all__ = ["check_names", "read", "resample", "visibility", "write"]
+__all__ = ["Options", "check_names", "read", "resample", "visibility", "write"]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import math
 import os
 import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.evidence.limits import MAX_BYTES, size_text
 from simrecon.types import Array
 
 # What numpy and zipfile raise on damaged archives.
@@ -122,22 +124,61 @@ def load(path: str | os.PathLike[str]) -> Arrays:
         content = Path(path).read_bytes()
     except OSError as error:
         raise InputError(f"{source}: can't be read ({error.strerror}); give an existing .npz file") from error
+    return parse_npz(source, content)
+
+
+def parse_npz(
+    source: str, content: bytes, objects: Callable[[str, str, bytes], NDArray[Any]] | None = None
+) -> Arrays:
+    """All arrays in the bytes of an `.npz`; nothing is allocated that the file does not hold.
+
+    Args:
+        source: name of the file, for messages.
+        content: its bytes.
+        objects: reads a member that holds Python objects, of source, key and bytes; None: such a member is
+            an error.
+
+    Raises:
+        InputError: not an `.npz`, damaged, or an array of Python objects.
+    """
     if not content.startswith(b"PK\x03\x04"):
         raise InputError(f"{source}: found a file that is no .npz archive; valid: an .npz of numpy arrays")
     arrays: dict[str, NDArray[Any]] = {}
     key = "archive"
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            for key in archive.files:
-                array = archive[key]
-                if not isinstance(array, np.ndarray):
-                    raise ValueError("not a numpy array")
-                arrays[key] = array
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for info in archive.infolist():
+                key = info.filename.removesuffix(".npy")
+                arrays[key] = _member(source, key, archive, info, objects)
     except _UNREADABLE as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         found = f"found damage or Python objects ({reason})"
         raise InputError(f"{source}: {listed([key])}: {found}; valid: plain numpy arrays") from error
     return Arrays(source, arrays, hashlib.sha256(content).hexdigest())
+
+
+def _member(
+    source: str,
+    key: str,
+    archive: zipfile.ZipFile,
+    info: zipfile.ZipInfo,
+    objects: Callable[[str, str, bytes], NDArray[Any]] | None,
+) -> NDArray[Any]:
+    """One array of an archive, when its header claims what is there."""
+    if info.file_size > MAX_BYTES:
+        raise ValueError(f"{size_text(info.file_size)}; at most {size_text(MAX_BYTES)} are read")
+    with archive.open(info) as part:
+        raw = part.read()
+    stream = io.BytesIO(raw)
+    version = np.lib.format.read_magic(stream)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(stream)
+    if dtype.hasobject and objects is not None:
+        return objects(source, key, raw)
+    claimed, there = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
+    if claimed > there and not dtype.hasobject:
+        raise ValueError(f"an array of {size_text(claimed)} in {size_text(there)}")
+    return np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)
 
 
 def listed(names: Collection[str]) -> str:

@@ -56,6 +56,19 @@ def read(path: str | os.PathLike[str]) -> Evidence:
     return parse(load(path))
 
 
+def check(evidence: Evidence, source: str) -> Evidence:
+    """Check evidence as a file of it would be.
+
+    Args:
+        evidence: of any origin.
+        source: where it is from, for messages.
+
+    Raises:
+        InputError: evidence that `read` would refuse.
+    """
+    return parse(Arrays(source, _content(evidence)))
+
+
 def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
     """Check evidence and write it as `simrecon.evidence/1`; the target is replaced at once or left as it was.
 
@@ -67,7 +80,7 @@ def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
         InputError: evidence that `read` would refuse, or a target that can't be written.
     """
     content = _content(evidence)
-    parse(Arrays(os.fspath(path), content))
+    check(evidence, os.fspath(path))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **content)
     target = Path(path)

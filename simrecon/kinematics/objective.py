@@ -212,7 +212,7 @@ class Objective:
         touch, w, dt = self.contacts, self.weights, self.observations.interval_s
         offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
         points = forward.points(pose, touch.segments, offsets)  # (G, T, 3)
-        apart, normals = scenes.distances(self.scene, points)  # (S, G, T), (S, G, T, 3)
+        apart, normals = scenes.nearby(self.scene, points)  # (S, G, T), (S, G, T, 3)
         clearance = apart - scale * touch.radii_m[:, None]
         loss, slope = terms.penetration(clearance, SIGMA_PENETRATION_M)
         self.terms["penetration"] = w.penetration * dt * loss

@@ -89,3 +89,10 @@ def _fixed(pixels: Array) -> NDArray[np.int32]:
     """Pixels in OpenCV's fixed-point numbers."""
     fixed: NDArray[np.int32] = np.clip(np.rint(pixels * 2**_SHIFT), -(2**24), 2**24).astype(np.int32)
     return fixed
+
+
+def scaled(image: Image, size: tuple[int, int]) -> Image:
+    """The image at another size, width and height."""
+    if size == (image.shape[1], image.shape[0]):
+        return image
+    return cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)

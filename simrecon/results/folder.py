@@ -24,6 +24,7 @@ from simrecon.types import Array, IntArray, Motion, Report
 
 if TYPE_CHECKING:
     from simrecon.reconstruct import Reconstruction
+    from simrecon.softfloor import Calibration
 
 MOTION, MODEL, SCENE, REPORT = "motion.npz", "model.xml", "scene.toml", "report.json"
 OVERLAYS = ("overlay.mp4", "overlay.png")
@@ -61,6 +62,7 @@ def write(
     threads: int = 0,
     input_name: str = "",
     video: Path | str | None = None,
+    calibration: Calibration | None = None,
 ) -> Report:
     """Write a result folder: the whole of it appears at once, or nothing does.
 
@@ -74,6 +76,7 @@ def write(
         threads: of the simulator, 0 for one per core.
         input_name: of the file that the evidence was read from.
         video: what the overlay is drawn on, or None.
+        calibration: of a soft floor, or None.
 
     Returns:
         What is in `report.json`.
@@ -99,6 +102,8 @@ def write(
         said = report.make(
             run, seconds, input_name=input_name, plan_name=plan_name, seed=seed, threads=threads
         )
+        if calibration is not None:
+            said["soft_floor"] = report.soft_floor(calibration)
         text = json.dumps(said, indent=1, ensure_ascii=False, allow_nan=False)
         (partial / REPORT).write_text(text + "\n", encoding="utf-8")
         _put_in_place(partial, target)
@@ -146,6 +151,7 @@ def read(folder: Path | str) -> Motion:
         contact_body=parts,
         contact_force_N=arrays.finite("contact_force_N", ("T", "C", 3)),
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
+        contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
     )
 

@@ -86,8 +86,9 @@ def record(
         return found
 
     pressure = mean(trace.pressure_N)[..., None]  # (T, C, 1)
-    centre = np.full((*pressure.shape[:2], 3), np.nan)
+    centre, slip = (np.full((*pressure.shape[:2], width), np.nan) for width in (3, 1))
     np.divide(mean(trace.moment_Nm), pressure, out=centre, where=pressure > 0)
+    np.divide(mean(trace.slip_Nmps)[..., None], pressure, out=slip, where=pressure > 0)
     force = mean(trace.force_N)  # (T, C, 3)
     motion = Motion(
         times_s=times_s,
@@ -104,6 +105,7 @@ def record(
         contact_body=parts,
         contact_force_N=force,
         contact_point_m=centre,
+        contact_slip_mps=slip[..., 0],
         grf_N=force.sum(axis=1),
     )
     depth_mm = 1e3 * np.maximum(0.0, -lowest[simulated])
@@ -126,6 +128,7 @@ class _Trace:
         force_N: (N + 1, C, 3) of the scene on each part, in the world.
         pressure_N: (N + 1, C) sum of the normal forces.
         moment_Nm: (N + 1, C, 3) sum of normal force times point.
+        slip_Nmps: (N + 1, C) sum of normal force times speed of the part along the surface that it touches.
         torque_Nm: (N + 1, nu).
         root_force_N, applied_force_N, self_depth_m: maxima over all steps (`Audit`).
     """
@@ -134,6 +137,7 @@ class _Trace:
     force_N: Array
     pressure_N: Array
     moment_Nm: Array
+    slip_Nmps: Array
     torque_Nm: Array
     root_force_N: float
     applied_force_N: float
@@ -153,7 +157,8 @@ def _replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str,
     rows = len(ctrl) + 1
     states = np.empty((rows, len(state0)))
     force, moment = np.zeros((2, rows, len(parts), 3))
-    pressure, torque = np.zeros((rows, len(parts))), np.zeros((rows, model.nu))
+    pressure, slip = np.zeros((2, rows, len(parts)))
+    torque = np.zeros((rows, model.nu))
     part = np.full(model.ngeom, -1)
     part[_geoms(model, parts)] = np.arange(len(parts))
     root_force = applied = depth = 0.0
@@ -167,11 +172,14 @@ def _replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str,
             before = data.qvel.copy()
             mujoco.mj_step(model, data)
         mujoco.mj_getState(model, data, states[k], rollout.STATE)
-        depth = max(depth, _read_contacts(model, now, part, force[k], pressure[k], moment[k]))
+        row = _Row(force[k], pressure[k], moment[k], slip[k])
+        depth = max(depth, _read_contacts(model, now, part, row))
         torque[k] = now.actuator_force if k == 0 else _acting_torque(model, data, before)
         root_force = max(root_force, np.abs(now.qfrc_actuator[:ROOT_DOFS]).max())
         applied = max(applied, np.abs(now.qfrc_applied).max(), np.abs(now.xfrc_applied).max())
-    return _Trace(states, force, pressure, moment, torque, float(root_force), float(applied), float(depth))
+    return _Trace(
+        states, force, pressure, moment, slip, torque, float(root_force), float(applied), float(depth)
+    )
 
 
 def _acting_torque(model: mujoco.MjModel, data: mujoco.MjData, before: Array) -> Array:
@@ -197,23 +205,24 @@ def _acting_torque(model: mujoco.MjModel, data: mujoco.MjData, before: Array) ->
     return np.asarray(np.where((force <= low) | (force >= high), force, implicit))
 
 
-def _read_contacts(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    part: IntArray,
-    force: Array,
-    pressure: Array,
-    moment: Array,
-) -> float:
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """Rows of `_Trace` of one step, to be added to: force (C, 3), pressure (C,), moment (C, 3), slip (C,)."""
+
+    force_N: Array
+    pressure_N: Array
+    moment_Nm: Array
+    slip_Nmps: Array
+
+
+def _read_contacts(model: mujoco.MjModel, data: mujoco.MjData, part: IntArray, row: _Row) -> float:
     """Add up the contacts of the scene with each part of the body.
 
     Args:
         model: of `data`.
         data: with contact forces.
         part: (ngeom,) index of the part, -1 for a geom of the scene.
-        force: (C, 3) row of `_Trace`, added to.
-        pressure: (C,) row of `_Trace`, added to.
-        moment: (C, 3) row of `_Trace`, added to.
+        row: added to.
 
     Returns:
         The depth of the deepest contact between two parts, m.
@@ -228,17 +237,30 @@ def _read_contacts(
     if not len(chosen):
         return depth
     local = np.empty((len(chosen), 6))
-    for row, index in zip(local, chosen, strict=True):
-        mujoco.mj_contactForce(model, data, index, row)
+    for values, index in zip(local, chosen, strict=True):
+        mujoco.mj_contactForce(model, data, index, values)
     # the force of a contact acts on its second geom, with the axes of the contact as rows of its frame
     sign = np.where(pair[chosen, 1] >= 0, 1.0, -1.0)[:, None]
     axes = contact.frame[chosen].reshape(-1, 3, 3)
     which = pair[chosen].max(axis=1)
     normal = local[:, :1]  # (c, 1)
-    np.add.at(force, which, sign * (local[:, None, :3] @ axes)[:, 0])
-    np.add.at(pressure, which, normal[:, 0])
-    np.add.at(moment, which, normal * contact.pos[chosen])
+    first, second = (
+        _velocity(model, data, contact.geom[chosen, side], contact.pos[chosen]) for side in (0, 1)
+    )  # (c, 3) each
+    along = (axes[:, 1:] @ (second - first)[..., None])[..., 0]  # (c, 2) in the contact's plane
+    np.add.at(row.force_N, which, sign * (local[:, None, :3] @ axes)[:, 0])
+    np.add.at(row.pressure_N, which, normal[:, 0])
+    np.add.at(row.moment_Nm, which, normal * contact.pos[chosen])
+    np.add.at(row.slip_Nmps, which, normal[:, 0] * np.linalg.norm(along, axis=-1))
     return depth
+
+
+def _velocity(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray, points_m: Array) -> Array:
+    """World velocity (c, 3) of points (c, 3) fixed to the bodies of geoms (c,)."""
+    bodies = model.geom_bodyid[geoms]
+    turning, moving = data.cvel[bodies, :3], data.cvel[bodies, 3:]
+    arm = points_m - data.subtree_com[model.body_rootid[bodies]]
+    return np.asarray(moving + np.cross(turning, arm))
 
 
 def _means(rows: Array, steps: IntArray) -> Array:
@@ -260,7 +282,7 @@ def _geometry(problem: Problem, parts: tuple[str, ...], qpos: Array) -> tuple[Ar
     """
     model = problem.model
     data, ground = mujoco.MjData(model), model.geom(scenes.GROUND_GEOM).id
-    geoms, person = _geoms(model, parts), int(model.jnt_bodyid[0])
+    geoms, person = _geoms(model, parts), rollout.person(model).body
     points, com = np.empty((len(qpos), len(problem.point_rows), 3)), np.empty((len(qpos), 3))
     lowest = np.empty(len(qpos))
     for frame, configuration in enumerate(qpos):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon import camera as cameras
+from simrecon import scene as scenes
 from simrecon.results import canvas, shapes
 from simrecon.results.canvas import Colour, Image
 from simrecon.types import Array, Camera
@@ -19,6 +20,7 @@ from simrecon.types import Array, Camera
 _LEFT, _RIGHT, _CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
 _FORCE, _FALLBACK, _HIDDEN = (40, 240, 250), (170, 170, 255), (140, 140, 140)
 _SKY, _TILES = (240, 238, 236), ((216, 212, 208), (228, 225, 222))
+_PLAIN_RGBA = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default
 _ALPHA = 0.75
 _ARROW_M_PER_WEIGHT = 0.5
 _LEAST_FORCE = 0.01  # of body weight; smaller forces are not drawn
@@ -41,6 +43,7 @@ class Clip:
         contact_point_m: (T, C, 3), NaN without contact.
         contact_force_N: (T, C, 3) on the body.
         status: (T,) other than 0 where a frame is not simulated.
+        ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
     """
 
     model: mujoco.MjModel
@@ -52,6 +55,7 @@ class Clip:
     contact_point_m: Array | None = None
     contact_force_N: Array | None = None
     status: NDArray[np.uint8] | None = None
+    ground_m: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,22 +86,27 @@ class Painter:
         names = [model.geom(i).name or model.body(model.geom_bodyid[i]).name for i in range(model.ngeom)]
         moving = model.body_weldid[model.geom_bodyid] != 0
         shown = [i for i in range(model.ngeom) if model.geom_rgba[i, 3] > 0]
-        person = [i for i in shown if moving[i] and not names[i].startswith("item/")]
-        items = [i for i in shown if i not in set(person)]
+        person = [i for i in shown if moving[i] and not names[i].startswith(scenes.ITEM_PREFIX)]
+        flat = [i for i in shown if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_PLANE]
+        self.grounds = flat + [i for i in shown if names[i] == scenes.GROUND_GEOM and i not in flat]
+        person = [i for i in person if i not in self.grounds]
+        items = [i for i in shown if i not in {*person, *self.grounds}]
         self.boxes = [i for i in items if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
-        self.planes = [i for i in items if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_PLANE]
         self.person = shapes.surface(model, person, _BODY_CELL_M)
         self.all = shapes.surface(model, person + items, max(_ITEM_CELL_M, _coarse_cell_m(model, items)))
         self.colours = np.array([_side_colour(name) for name in names], float)
         self.colours[items] = _ITEM
-        masses = model.body_mass[model.body_weldid != 0]
+        painted = [i for i in items if not np.allclose(model.geom_rgba[i], _PLAIN_RGBA)]
+        self.colours[painted] = 255 * model.geom_rgba[painted, 2::-1]
+        trees = np.unique(model.body_rootid[model.geom_bodyid[person]])
+        masses = model.body_mass[np.isin(model.body_rootid, trees) & (model.body_weldid != 0)]
         self.weight_N = max(float(masses.sum() * (np.linalg.norm(model.opt.gravity) or 9.81)), 1e-9)
-        self.plain: tuple[View, Image] | None = None
+        self.plain: tuple[View, Array, Image] | None = None
         self.camera = clip.camera if clip.camera is not None and has_view(clip.camera) else self._made_up()
         self.limit = 1.5 * _corner_radius(self.camera)
 
-    def draw(self, frame: int, view: View, image: Image | None) -> Image:
-        """One frame over `image`, or over plain ground."""
+    def draw(self, frame: int, view: View, image: Image | None, caption: str | None = None) -> Image:
+        """One frame over `image`, or over plain ground; `caption` instead of number and time."""
         clip, camera = self.clip, self._at(frame)
         self._pose(frame)
         surface = self.person if image is not None else self.all
@@ -115,7 +124,9 @@ class Painter:
         if clip.keypoints_px is not None and clip.camera is self.camera:
             scores = np.ones(clip.keypoints_px.shape[1]) if clip.scores is None else clip.scores[frame]
             canvas.dots(image, view.pixels(clip.keypoints_px[frame]), scores)
-        canvas.label(image, f"{frame + 1}/{len(clip.times_s)}   {clip.times_s[frame]:.2f} s", 0, canvas.LIGHT)
+        if caption is None:
+            caption = f"{frame + 1}/{len(clip.times_s)}   {clip.times_s[frame]:.2f} s"
+        canvas.label(image, caption, 0, canvas.LIGHT)
         if clip.status is not None and clip.status[frame] != 0:
             canvas.label(image, "not simulated: kinematic fallback", 1, _FALLBACK)
         return image
@@ -182,24 +193,40 @@ class Painter:
 
     def _ground(self, camera: Camera, view: View) -> Image:
         """Chequered ground of half-metre tiles that fades out; kept while the camera stands still."""
-        if self.plain is not None and self.plain[0] is view and camera is self.camera:
-            return self.plain[1].copy()
+        places = self.data.geom_xpos[self.grounds]
+        kept = self.plain
+        if (
+            kept is not None
+            and kept[0] is view
+            and camera is self.camera
+            and np.allclose(kept[1], places, atol=1e-3)
+        ):
+            return kept[2].copy()
         width, height = view.size
         image = np.full((height, width, 3), _SKY, np.uint8)
-        for plane in self.planes:
-            tiles, colours = _tiles(self.clip.qpos[:, :2], float(self.data.geom_xpos[plane][2]))
+        for ground in self.grounds:
+            path = self.clip.qpos[:, :2] if self.clip.ground_m is None else self.clip.ground_m
+            tiles, colours = _tiles(path)
+            tiles[..., 2] = self._height(ground, tiles[..., :2])
             pixels = view.pixels(self._project(camera, tiles.reshape(-1, 3))[0]).reshape(-1, 4, 2)
             keep = np.isfinite(pixels).all(axis=(1, 2))
             canvas.paint(image, pixels[keep], colours[keep], 1.0)
-        self.plain = (view, image)
+        self.plain = (view, places, image)
         return image.copy()
+
+    def _height(self, ground: int, xy_m: Array) -> Array:
+        """Height of the upper side of a ground, a plane or a slab, at points (..., 2)."""
+        normal = self.data.geom_xmat[ground].reshape(3, 3)[:, 2]
+        slab = self.model.geom_type[ground] == mujoco.mjtGeom.mjGEOM_BOX
+        top = self.data.geom_xpos[ground] + normal * (self.model.geom_size[ground, 2] if slab else 0.0)
+        return np.asarray(top[2] - (xy_m - top[:2]) @ normal[:2] / normal[2])
 
     def _shadow(self, image: Image, camera: Camera, view: View) -> None:
         """The person's shadow on the ground, light from straight above."""
-        if not self.planes:
+        if not self.grounds:
             return
         vertices = self.person.place(self.data.geom_xpos, self.data.geom_xmat)
-        vertices[:, 2] = self.data.geom_xpos[self.planes[0]][2]
+        vertices[:, 2] = self._height(self.grounds[0], vertices[:, :2])
         pixels = view.pixels(self._project(camera, vertices)[0])
         mask = np.zeros(image.shape[:2], np.uint8)
         for geom in np.unique(self.person.vertex_geom):
@@ -252,12 +279,14 @@ class Painter:
         radius = self.model.geom_rbound[geoms][:, None]
         low = (centres[:, geoms] - radius).min(axis=(0, 1))
         high = (centres[:, geoms] + radius).max(axis=(0, 1))
-        return _three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
+        return three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
 
 
-def _three_quarter(low_m: Array, high_m: Array, facing_rad: float) -> Camera:
-    """A camera 40° beside `facing_rad` and 15° above that sees the whole box."""
-    azimuth, elevation = facing_rad + np.deg2rad(40), np.deg2rad(15)
+def three_quarter(
+    low_m: Array, high_m: Array, facing_rad: float, elevation_rad: float = np.deg2rad(15)
+) -> Camera:
+    """A camera 40° beside `facing_rad` and a little above that sees the whole box."""
+    azimuth, elevation = facing_rad + np.deg2rad(40), elevation_rad
     towards = np.array(
         [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
     )
@@ -276,8 +305,8 @@ def _three_quarter(low_m: Array, high_m: Array, facing_rad: float) -> Camera:
     return Camera(matrix, np.zeros(5), transform, (width, height))
 
 
-def _tiles(path_m: Array, height_m: float) -> tuple[Array, Array]:
-    """Ground tiles around a path (T, 2): corners (N, 4, 3) and colours (N, 3) that fade into the sky."""
+def _tiles(path_m: Array) -> tuple[Array, Array]:
+    """Level tiles around a path (T, 2): corners (N, 4, 3) and colours (N, 3) that fade into the sky."""
     low, high = path_m.min(axis=0), path_m.max(axis=0)
     reach = 3.0 + float(np.linalg.norm(high - low)) / 2
     middle = np.round((low + high) / 2 / _TILE_M)  # (2,) in tiles
@@ -285,7 +314,7 @@ def _tiles(path_m: Array, height_m: float) -> tuple[Array, Array]:
     here = np.arange(-count, count)
     corner = np.stack(np.meshgrid(here, here), axis=-1).reshape(-1, 2) + middle  # (N, 2)
     flat = (corner[:, None] + [[0, 0], [1, 0], [1, 1], [0, 1]]) * _TILE_M  # (N, 4, 2)
-    tiles = np.concatenate((flat, np.full((len(flat), 4, 1), height_m)), axis=-1)  # (N, 4, 3)
+    tiles = np.concatenate((flat, np.zeros((len(flat), 4, 1))), axis=-1)  # (N, 4, 3)
     far = np.linalg.norm(flat.mean(axis=1) - middle * _TILE_M, axis=-1) / reach  # (N,)
     colours = np.array(_TILES, float)[(corner.sum(axis=1) % 2).astype(int)]  # (N, 3)
     return tiles, colours + (np.array(_SKY) - colours) * np.clip(1.6 * far - 0.6, 0, 1)[:, None]

@@ -23,6 +23,7 @@ from simrecon.types import Array, KinematicFit, Report, WindowResult
 
 if TYPE_CHECKING:
     from simrecon.reconstruct import Reconstruction
+    from simrecon.softfloor import Calibration
 
 SCHEMA = "simrecon.result/1"
 
@@ -56,7 +57,7 @@ def make(
     sections = {
         "schema": SCHEMA,
         "versions": versions(),
-        "input": {"name": input_name, "sha256": run.evidence.sha256},
+        "input": {"name": input_name, "sha256": run.evidence.sha256, "reading": run.evidence.reading or None},
         "plan_name": plan_name,
         "plan": plans.to_dict(run.problem.plan),
         "seed": seed,
@@ -74,6 +75,17 @@ def make(
         "audit": dataclasses.asdict(run.audit),
     }
     return {key: _plain(value) for key, value in sections.items()}
+
+
+def soft_floor(found: Calibration) -> dict[str, Any]:
+    """What was found of a compliant floor, and the loss of everything that was tried."""
+    said = {
+        "stiffness_Npm": found.ground.stiffness_Npm,
+        "damping_Nspm": found.ground.damping_Nspm,
+        "at_bound": found.at_bound,
+        "trials": [dataclasses.asdict(trial) for trial in found.trials],
+    }
+    return dict(_plain(said))
 
 
 def versions() -> dict[str, str | None]:

@@ -39,7 +39,7 @@ class Surface:
 
 
 def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surface:
-    """Quads of some geoms: spheres, capsules, ellipsoids, cylinders and boxes; others have none.
+    """Quads of some geoms: all but planes. Triangles of a mesh are quads with their last corner twice.
 
     Args:
         model: the compiled model.
@@ -50,7 +50,13 @@ def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surfa
     faces: list[IntArray] = [np.zeros((0, 4), np.int64)]
     vertex_geom, face_geom, count = [], [], 0
     for geom in geoms:
-        points, quads = _local(int(model.geom_type[geom]), np.array(model.geom_size[geom]), cell_m)
+        kind, data = int(model.geom_type[geom]), int(model.geom_dataid[geom])
+        if kind == _GEOM.mjGEOM_MESH:
+            points, quads = _mesh(model, data)
+        elif kind == _GEOM.mjGEOM_HFIELD:
+            points, quads = _field(model, data)
+        else:
+            points, quads = _local(kind, np.array(model.geom_size[geom]), cell_m)
         vertices.append(points)
         faces.append(quads + count)
         vertex_geom += [geom] * len(points)
@@ -84,6 +90,26 @@ def box_edges(half_m: Array) -> tuple[Array, IntArray]:
                 ends.append(edge * half_m)
                 meeting.append((2 * b + (sign_b < 0), 2 * c + (sign_c < 0)))
     return np.array(ends), np.array(meeting, np.int64)
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[Array, IntArray]:
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    start, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    corners = np.asarray(model.mesh_face[start : start + faces], np.int64)  # (F, 3)
+    points = np.asarray(model.mesh_vert[first : first + count], np.float64)
+    return points, np.concatenate((corners, corners[:, 2:]), axis=1)
+
+
+def _field(model: mujoco.MjModel, field: int) -> tuple[Array, IntArray]:
+    """The upper side of a height field."""
+    rows, columns, start = (int(a[field]) for a in (model.hfield_nrow, model.hfield_ncol, model.hfield_adr))
+    x, y, top = model.hfield_size[field, :3]
+    heights = model.hfield_data[start : start + rows * columns].reshape(rows, columns) * top
+    across, along = np.meshgrid(np.linspace(-x, x, columns), np.linspace(-y, y, rows))
+    points = np.stack((across, along, heights), axis=-1).reshape(-1, 3).astype(np.float64)
+    index = np.arange(rows * columns).reshape(rows, columns)
+    corners = (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1])
+    return points, np.stack(corners, axis=-1).reshape(-1, 4).astype(np.int64)
 
 
 def _local(kind: int, size: Array, cell_m: float) -> tuple[Array, IntArray]:

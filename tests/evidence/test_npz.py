@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simrecon.errors import InputError
-from simrecon.evidence import check_names, read, write
+from simrecon.evidence.npz import check_names, read, write
 from simrecon.types import Camera, Evidence
 
 T = 4

@@ -19,7 +19,7 @@ from simrecon.types import Array, Ground, Scene, SceneItem
 T = 4
 SCALES = ("keypoint_scale_px", "joint_scale_m", "place_scale_m", "evaluations")
 WEIGHTS = tuple(field.name for field in fields(Kinematics) if field.name not in SCALES)
-BOX = SceneItem("step", "box", (0.25, 0.1, 0.0), (0.4, 0.8, 0.12), yaw_rad=0.3)
+BOX = SceneItem("step", "box", (0.25, 0.1, 0.0), {"size_m": (0.4, 0.8, 0.12)}, yaw_rad=0.3)
 
 
 @pytest.fixture(scope="module")

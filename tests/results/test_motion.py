@@ -158,7 +158,8 @@ def test_without_any_window_only_the_first_frame_is_simulated(standing: Any) -> 
 def test_forces_of_all_things_of_the_scene_act_on_the_body(standing: Any) -> None:
     """On two blocks that together carry the person, one under each foot, and on a floor beneath."""
     blocks = tuple(
-        SceneItem(name, "box", (0.0, y, -0.2), (1.0, 0.3, 0.2)) for name, y in (("a", 0.15), ("b", -0.15))
+        SceneItem(name, "box", (0.0, y, -0.2), {"size_m": (1.0, 0.3, 0.2)})
+        for name, y in (("a", 0.15), ("b", -0.15))
     )
     scene = Scene(replace(standing.fit.scene.ground, height_m=-0.2), blocks)
     mjcf = scenes.build(standing.fit.body.mjcf, scene, standing.problem.clock.step_s)

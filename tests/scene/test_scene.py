@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.types import Ground, Scene, SceneItem
+from simrecon.scene import kinds
+from simrecon.types import Friction, Ground, Scene, SceneItem
 
 BODY = """
 <mujoco>
@@ -50,12 +51,25 @@ friction = 0.5
 """
 
 
+RAIL = {"length_m": 3.0, "width_m": 0.1, "height_m": 0.05}
+
+
+def block(
+    name: str,
+    position_m: tuple[float, float, float],
+    size_m: tuple[float, float, float],
+    yaw_rad: float = 0.0,
+    friction: float = 0.9,
+) -> SceneItem:
+    return SceneItem(name, "box", position_m, {"size_m": size_m}, yaw_rad, Friction(friction))
+
+
 def test_parse() -> None:
     scene = scenes.parse(TEXT)
-    assert scene.ground == Ground(-0.1, 0.7)
+    assert scene.ground == Ground(-0.1, Friction(0.7))
     assert scene.items == (
-        SceneItem("bench", "box", (1.0, 0.5, -0.1), (0.4, 1.2, 0.45), yaw_rad=0.5, friction=0.9),
-        SceneItem("rail", "beam", (0.0, 0.0, 0.0), (3.0, 0.1, 0.05), yaw_rad=0.0, friction=0.5),
+        SceneItem("bench", "box", (1.0, 0.5, -0.1), {"size_m": (0.4, 1.2, 0.45)}, yaw_rad=0.5),
+        SceneItem("rail", "beam", (0.0, 0.0, 0.0), RAIL, friction=Friction(0.5)),
     )
 
 
@@ -63,25 +77,51 @@ def test_an_empty_file_is_a_floor() -> None:
     assert scenes.parse("") == Scene()
 
 
-lengths = st.floats(1e-6, 1000.0)
 positions = st.floats(-999.0, 1000.0)
 names = st.text(min_size=1).filter(lambda text: text.strip() and text.isprintable())
-items = st.builds(
-    SceneItem,
-    name=names,
-    kind=st.sampled_from(["box", "beam"]),
-    position_m=st.tuples(positions, positions, positions),
-    size_m=st.tuples(lengths, lengths, lengths),
-    yaw_rad=st.floats(-7, 7),
-    friction=st.floats(0, 10),
+frictions = st.builds(Friction, st.floats(0, 10)) | st.builds(Friction, *(st.floats(0, 1),) * 3)
+SIMPLE = [kind for kind in kinds.table().values() if kind.name != "mesh"]
+
+
+def values(of: kinds.Parameter) -> st.SearchStrategy:
+    if of.type == "flag":
+        return st.booleans()
+    if of.type == "count":
+        return st.integers(int(of.low), int(of.high))
+    number = st.floats(of.low, of.high, exclude_min=of.above)
+    return st.tuples(*[st.floats(1e-6, of.high)] * 3) if of.type == "vector" else number
+
+
+@st.composite
+def items(draw: st.DrawFn) -> SceneItem:
+    kind = draw(st.sampled_from(SIMPLE))
+    return SceneItem(
+        draw(names),
+        kind.name,
+        draw(st.tuples(positions, positions, positions)),
+        {parameter.name: draw(values(parameter)) for parameter in kind.parameters},
+        draw(st.floats(-7, 7)),
+        draw(frictions),
+        draw(st.none() | st.floats(0.01, 1e5)) if kind.movable else None,
+    )
+
+
+grounds = st.builds(Ground, st.floats(-100, 100), frictions) | st.builds(
+    Ground,
+    st.floats(-100, 100),
+    frictions,
+    st.floats(1e-6, 1.0),
+    st.floats(-7, 7),
+    st.just("fit"),
 )
+sprung = st.builds(Ground, stiffness_Npm=st.floats(100, 1e7), damping_Nspm=st.floats(0, 1e5))
 
 
 @given(
     st.builds(
         Scene,
-        st.builds(Ground, st.floats(-100, 100), st.floats(0, 10)),
-        st.lists(items, max_size=3, unique_by=lambda item: item.name).map(tuple),
+        grounds | sprung,
+        st.lists(items(), max_size=3, unique_by=lambda item: item.name).map(tuple),
     )
 )
 def test_round_trip(scene: Scene) -> None:
@@ -101,11 +141,19 @@ def test_files_round_trip(tmp_path: Path) -> None:
         ("friction = 0.7", "fricton = 0.7", ("s.toml", "[ground]", "'fricton'", "did you mean 'friction'")),
         ("friction = 0.7", "friction = -1", ("[ground]", "friction", "from 0 to 10", "-1")),
         ("friction = 0.7", "friction = true", ("[ground]", "friction", "number", "True")),
-        ("friction = 0.7", "stiffness_Npm = 2e4", ("stiffness_Npm", "not supported yet", "height_m")),
+        ("friction = 0.7", "stiffness_Npm = 2e4", ("[ground]", "stiffness_Npm", "needs damping_Nspm")),
+        ("friction = 0.7", 'stiffness_Npm = "soft"', ("[ground]", "stiffness_Npm", '"fit"', "'soft'")),
+        ("friction = 0.7", "stiffness_Npm = 2\ndamping_Nspm = 3", ("stiffness_Npm", "from 100", "2")),
+        ("friction = 0.7", "damping_Nspm = 3", ("damping_Nspm needs a number stiffness_Npm",)),
+        ("friction = 0.7", 'stiffness_Npm = "fit"\ndamping_Nspm = 3', ("damping_Nspm", "'fit'")),
+        ("friction = 0.7", "friction_rolling_m = 0.1", ("friction_rolling_m", "friction_torsional_m")),
+        ("friction = 0.7", "slope_rad = 1.5", ("slope_rad", "from 0 to 1", "1.5")),
+        ("friction = 0.7", "slope_yaw_rad = 1.5", ("slope_yaw_rad needs slope_rad",)),
         ("[ground]", "[floor]", ("unknown key 'floor'", "ground, item")),
         ("height_m = -0.1", "height_m = nan", ("height_m", "nan")),
-        ('kind = "box"', 'kind = "chair"', ("bench", "'chair'", "not supported yet", "box, beam")),
+        ('kind = "box"', 'kind = "chair"', ("bench", "unknown key 'size_m'", "seat_height_m", "arms")),
         ('kind = "box"', 'kind = "boxx"', ("bench", "'boxx' is unknown", "did you mean 'box'", "box, beam")),
+        ("friction = 0.5", "mass_kg = -1", ("rail", "mass_kg", "from 0.01", "-1")),
         ('kind = "box"\n', "", ("item 1", "kind", "nothing")),
         ('name = "bench"', "name = 3", ("item 1", "name", "3")),
         ('name = "bench"', 'name = "rail"', ("two items", "'rail'")),
@@ -182,7 +230,7 @@ def test_timestep_of_a_body_without_options() -> None:
 
 
 def test_contacts_have_the_friction_of_the_scene() -> None:
-    model = model_of(Scene(Ground(0.0, 0.3), (SceneItem("s", "box", (2, 0, 0), (1, 1, 0.5), 0.0, 0.6),)))
+    model = model_of(Scene(Ground(0.0, Friction(0.3)), (block("s", (2, 0, 0), (1, 1, 0.5), 0.0, 0.6),)))
     data = mujoco.MjData(model)
     for x, z, friction in ((0.0, 0.099, 0.3), (2.0, 0.599, 0.6)):
         data.qpos[:3] = x, 0, z
@@ -206,9 +254,9 @@ def test_support_height() -> None:
     stack = Scene(
         Ground(0.1),
         (
-            SceneItem("low", "box", (0, 0, 0.1), (2, 2, 0.2)),
-            SceneItem("high", "box", (0.5, 0, 0.3), (1, 0.2, 0.3), yaw_rad=math.pi / 2),
-            SceneItem("pit", "box", (5, 5, -1), (1, 1, 0.5)),
+            block("low", (0, 0, 0.1), (2, 2, 0.2)),
+            block("high", (0.5, 0, 0.3), (1, 0.2, 0.3), math.pi / 2),
+            block("pit", (5, 5, -1), (1, 1, 0.5)),
         ),
     )
     points = np.array([[[3, 0], [0, 0], [0.5, 0]], [[0.5, 0.45], [0.9, 0.0], [5, 5]]], float)  # (2, 3, 2)
@@ -216,12 +264,12 @@ def test_support_height() -> None:
 
 
 def test_support_height_turns_the_right_way() -> None:
-    scene = Scene(items=(SceneItem("rail", "beam", (0, 0, 0), (2, 0.1, 0.05), yaw_rad=math.pi / 4),))
+    scene = Scene(items=(block("rail", (0, 0, 0), (2, 0.1, 0.05), math.pi / 4),))
     assert scenes.support_height(scene, np.array([0.6, 0.6])) == pytest.approx(0.05)
     assert scenes.support_height(scene, np.array([0.6, -0.6])) == 0.0
 
 
-BLOCK = Scene(Ground(-0.2), (SceneItem("b", "box", (1, 0, 0), (0.4, 1.0, 0.5), yaw_rad=math.pi / 2),))
+BLOCK = Scene(Ground(-0.2), (block("b", (1, 0, 0), (0.4, 1.0, 0.5), math.pi / 2),))
 
 
 @pytest.mark.parametrize(
@@ -248,3 +296,28 @@ def test_distances_have_their_gradients(rng: np.random.Generator) -> None:
         shift = step * np.eye(3)[axis]
         change = scenes.distances(BLOCK, points + shift)[0] - scenes.distances(BLOCK, points - shift)[0]
         np.testing.assert_allclose(change / (2 * step), gradient[..., axis], atol=1e-5)
+
+
+def test_far_frames_of_things_are_left_out() -> None:
+    things = (
+        block("a", (0, 0, 0), (1, 1, 1)),
+        block("b", (5, 0, 3), (1, 1, 1)),
+        block("c", (9, 0, 0), (1, 1, 1)),
+    )
+    scene = Scene(items=things)
+    body = np.array([[[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]], [[0.3, 0.2, 1.5], [3.9, 0.3, 0.0]]])  # (G, T, 3)
+    apart, normals = scenes.nearby(scene, body)
+    exact, slopes = scenes.distances(scene, body)
+    assert apart.shape == (3, 2, 2)
+    np.testing.assert_array_equal(apart[0], exact[0])
+    np.testing.assert_array_equal(apart[1, :, 0], exact[1, :, 0])
+    np.testing.assert_array_equal(apart[2, :, 1], exact[2, :, 1])
+    np.testing.assert_array_equal(normals[2, :, 1], slopes[2, :, 1])
+    assert np.isinf(apart[1, :, 1]).all()
+    assert np.isinf(apart[2, :, 0]).all()
+    for found, expected in zip(
+        scenes.nearby(scenes.parse(TEXT), body[:, :1]),
+        scenes.distances(scenes.parse(TEXT), body[:, :1]),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(found, expected)

@@ -1,0 +1,100 @@
+"""The options that say how an input is to be read."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from typing import Any
+
+import cv2
+import numpy as np
+
+from simrecon import evidence
+from simrecon.cli import arguments
+from simrecon.errors import InputError
+from simrecon.evidence import formats
+from simrecon.evidence.options import AXES, FRAMES, UNITS_M
+from simrecon.types import Camera, Evidence
+
+RATE_RANGE_HZ = (2.0, 2000.0)
+FOV_RANGE_DEG = (1.0, 170.0)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options to a command that reads an input."""
+    group = parser.add_argument_group("how the input is read, where it doesn't say so itself")
+    add_one = group.add_argument
+    add_one(
+        "--format", choices=formats.names(), metavar="NAME", help=f"{', '.join(formats.names())} [by content]"
+    )
+    add_one("--up", choices=AXES, metavar="AXIS", help=f"axis of the file that points up: {', '.join(AXES)}")
+    add_one("--unit", choices=UNITS_M, help="of lengths in the file")
+    add_one("--frame", choices=FRAMES, help="which motion of a file that holds both [world]")
+    add_one("--person", metavar="NAME", help="of a file with several people, as it names them")
+    add_one("--fps", type=arguments.number(RATE_RANGE_HZ), metavar="HZ", help="frame rate [that of --video]")
+    add_one("--keypoints", metavar="FILE", help="2D landmarks that go with the 3D estimate of INPUT")
+    add_one("--keypoints-person", metavar="NAME", help="the person in that file")
+    add_one(
+        "--fov",
+        type=arguments.number(FOV_RANGE_DEG),
+        metavar="DEG",
+        help="horizontal field of view of the camera",
+    )
+    add_one("--size", type=_size, metavar="WxH", help="of the image in pixels [that of --video]")
+
+
+def read(options: argparse.Namespace) -> Evidence:
+    """Read the input, and say on stderr how it was understood."""
+    rate, size = _video(options.video) if options.video is not None else (None, None)
+    asked = evidence.Options(
+        format=options.format,
+        up=options.up,
+        unit=options.unit,
+        frame=options.frame,
+        person=options.person,
+        fps=options.fps,
+        video_fps=rate,
+        camera=_lens(options, options.size or size),
+    )
+    found = evidence.read(
+        options.input,
+        asked,
+        keypoints=options.keypoints,
+        keypoints_person=options.keypoints_person,
+    )
+    for line in found.reading.splitlines():
+        print(f"read as {line}", file=sys.stderr)
+    return found
+
+
+def _lens(options: argparse.Namespace, size: tuple[int, int] | None) -> Camera | None:
+    if options.fov is None:
+        return None
+    if size is None:
+        raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
+    focal = size[0] / 2 / math.tan(math.radians(options.fov) / 2)
+    matrix = np.array([[focal, 0.0, size[0] / 2], [0.0, focal, size[1] / 2], [0.0, 0.0, 1.0]])
+    return Camera(matrix, np.zeros(5), None, size)
+
+
+def _video(path: Any) -> tuple[float | None, tuple[int, int] | None]:
+    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
+    capture = cv2.VideoCapture(str(path))
+    try:
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+    finally:
+        capture.release()
+    low, high = RATE_RANGE_HZ
+    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)
+
+
+def _size(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d{1,5})[xX×](\d{1,5})", text)
+    if found is None or "0" in found.groups():
+        raise argparse.ArgumentTypeError(
+            f"found {text!r}; valid: width x height in pixels, such as 1920x1080"
+        )
+    return int(found[1]), int(found[2])

@@ -1,0 +1,1 @@
+"""Outputs of networks that find landmarks in images."""

@@ -1,0 +1,35 @@
+"""Which person of a file is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from simrecon.evidence.content import Content
+
+
+def choose(content: Content, frames: Mapping[str, int], asked: str | None) -> str:
+    """The person asked for, or the only one.
+
+    Args:
+        content: the file, for messages.
+        frames: number of frames by name of the person.
+        asked: by the user.
+
+    Raises:
+        InputError: nobody in the file, several and nobody asked for, or no such person.
+    """
+    there = ", ".join(f"{name} ({count} frames)" for name, count in frames.items())
+    if not frames:
+        raise content.fail("people", "nobody", "a file with at least one person")
+    if asked is not None:
+        if asked not in frames:
+            raise content.fail("--person", repr(asked), there)
+        return asked
+    if len(frames) > 1:
+        raise content.fail("people", f"{len(frames)}: {there}", "one of them, by --person")
+    return next(iter(frames))
+
+
+def named(frames: Mapping[str, int], person: str) -> str:
+    """The choice for the reading; nothing where there was none."""
+    return f"person {person} of {len(frames)}" if len(frames) > 1 else ""

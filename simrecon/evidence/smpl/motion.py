@@ -1,0 +1,202 @@
+"""A motion of an SMPL or SMPL-X body, and the evidence it makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from simrecon import resources, rotations
+from simrecon.evidence.arrays import Arrays
+from simrecon.evidence.content import Content
+from simrecon.evidence.options import Options, find_up, to_z_up
+from simrecon.types import Array, Camera, Evidence
+
+# Joints that a body has without its hands, by model; SMPL counts a hand joint on each side.
+BODY_JOINTS = {"smpl": 24, "smplx": 22}
+
+
+@dataclass(frozen=True, eq=False)
+class SmplMotion:
+    """Pose parameters of one person.
+
+    Attributes:
+        model: `smpl` or `smplx`.
+        frame: `world` or `camera`.
+        times_s: (T,).
+        rotations: (T, B, 4) of the joints in their parents, the root's in `frame`; B is 22 or 24.
+        trans_m: (T, 3) translation, in `frame`.
+        betas: (S,) or None.
+    """
+
+    model: str
+    frame: str
+    times_s: Array
+    rotations: Array
+    trans_m: Array
+    betas: Array | None
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """The 24 joints of SMPL, of which SMPL-X shares the first 22."""
+    return tuple(resources.toml("models", "body", "smpl.toml")["names"])
+
+
+@cache
+def _parents() -> tuple[int, ...]:
+    return tuple(resources.toml("models", "body", "smpl.toml")["parents"])
+
+
+@cache
+def offsets_m(model: str) -> Array:
+    """Joint centres of the average body (24, 3) in their parents' frames, the pelvis' in that of the body."""
+    table = resources.toml("models", "body", "smpl.toml")[model]
+    rows = []
+    for name in names():
+        row = np.array(table[name.replace("right_", "left_", 1)], float)
+        rows.append(row * [-1.0, 1.0, 1.0] if name.startswith("right_") else row)
+    return np.array(rows)
+
+
+def joints_m(motion: SmplMotion) -> Array:
+    """Joint centres (T, B, 3) of the average body in a motion's poses, in its frame.
+
+    With G_b the rotation of joint b in the frame and o_b its offset, x_b = x_parent + G_parent o_b; the root
+    turns about the pelvis: x_0 = o_0 + translation (Loper et al. 2015).
+    """
+    offset = offsets_m(motion.model)
+    places = np.empty((*motion.rotations.shape[:2], 3))
+    turned = np.empty_like(motion.rotations)
+    places[:, 0] = offset[0] + motion.trans_m
+    turned[:, 0] = motion.rotations[:, 0]
+    for joint in range(1, motion.rotations.shape[1]):
+        parent = _parents()[joint]
+        places[:, joint] = places[:, parent] + rotations.rotate(turned[:, parent], offset[joint])
+        turned[:, joint] = rotations.multiply(turned[:, parent], motion.rotations[:, joint])
+    return places
+
+
+def to_evidence(
+    content: Content,
+    motion: SmplMotion,
+    options: Options,
+    *,
+    up: str | None = None,
+    camera: Camera | None = None,
+    notes: str = "",
+) -> Evidence:
+    """Evidence of a motion, in a world with z up, or in the camera's frame.
+
+    Args:
+        content: the file.
+        motion: of one person.
+        options: of the user; `up` there takes precedence.
+        up: axis that points up in the world of this kind of file; None = found from the body.
+        camera: the lens, where the file gives it.
+        notes: on how the file was read.
+    """
+    places = joints_m(motion)
+    turned = motion.rotations
+    reading = f"{motion.model.upper().replace('SMPLX', 'SMPL-X')} parameters, frame {motion.frame}"
+    if motion.frame == "world":
+        if up is not None and options.up is None:
+            axis, how = up, "this format's convention"
+        else:
+            neck, left, right = (names().index(name) for name in ("neck", "left_ankle", "right_ankle"))
+            upright = places[:, neck] - (places[:, left] + places[:, right]) / 2
+            axis, how = find_up(content.source, upright, options.up)
+        turn = to_z_up(axis)
+        places = places @ turn.T
+        root = rotations.multiply(rotations.from_matrix(turn), turned[:, 0])
+        turned = np.concatenate((root[:, None], turned[:, 1:]), axis=1)
+        reading += f", up {axis} ({how})"
+    count = turned.shape[1]
+    return Evidence(
+        times_s=motion.times_s,
+        keypoint_names=(),
+        keypoints_px=np.empty((len(places), 0, 2)),
+        scores=np.empty((len(places), 0)),
+        joint_names=names()[:count],
+        joints_m=places,
+        joints_frame=motion.frame,
+        rotation_names=names()[:count],
+        rotations=rotations.canonical(turned),
+        betas=motion.betas,
+        camera=camera,
+        sha256=content.sha256,
+        reading="; ".join(part for part in (reading, "joints of the average body", notes) if part),
+    )
+
+
+def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
+    """Rotation vectors as quaternions (T, joints, 4); the array is (T, 3 joints) or (T, joints, 3).
+
+    More joints than asked for, such as those of the fingers, are left out.
+    """
+    given = arrays.array(key)
+    width = int(np.prod(given.shape[1:]))
+    if given.ndim not in (2, 3) or width % 3 or width < 3 * joints or given.shape[-1] not in (3, width):
+        valid = f"shape (T, {3 * joints}) or (T, {joints}, 3), or more joints"
+        arrays.fail(key, f"shape {given.shape}", valid)
+    flat = arrays.finite(key, ("T", *given.shape[1:])).reshape(len(given), -1)
+    return rotations.exp(flat[:, : 3 * joints].reshape(len(flat), joints, 3))
+
+
+def pose_matrices(arrays: Arrays, key: str, joints: int) -> Array:
+    """Rotation matrices as quaternions (T, joints, 4); the array is (T, joints, 3, 3)."""
+    given = arrays.finite(key, ("T", joints, 3, 3))
+    off = np.abs(np.swapaxes(given, -1, -2) @ given - np.eye(3)).max()
+    if off > 1e-2 or (np.linalg.det(given) < 0).any():
+        arrays.fail(key, f"matrices off orthogonal by {off:.2g}", "rotation matrices")
+    return rotations.from_matrix(given)
+
+
+def translation(arrays: Arrays, key: str) -> Array:
+    """A translation (T, 3); the array may have axes of one more."""
+    given = arrays.array(key)
+    squeezed = given.reshape(len(given), -1) if given.ndim > 2 else given
+    return Arrays(arrays.source, {key: squeezed}, arrays.sha256, arrays._sizes).finite(key, ("T", 3))
+
+
+def betas(arrays: Arrays, key: str) -> Array | None:
+    """Shape parameters (S,): the median over frames where there are some for each; None without the key."""
+    if key not in arrays:
+        return None
+    shape = arrays.array(key).shape
+    values = arrays.finite(key, shape)
+    if len(shape) not in (1, 2):
+        arrays.fail(key, f"shape {shape}", "shape (S,) or (T, S)")
+    found: Array = np.median(values, axis=0) if len(shape) == 2 else values
+    return found
+
+
+def check_frames(content: Content, key: str, frames: Array) -> Array:
+    """Frame numbers (T,), increasing."""
+    if (np.diff(frames) <= 0).any():
+        at = int(np.argmax(np.diff(frames) <= 0))
+        raise content.fail(key, f"{frames[at]:g} then {frames[at + 1]:g}", "increasing frame numbers")
+    return frames
+
+
+def lens(focal_px: float, centre_px: Array, distortion: Array | None = None) -> Camera:
+    """A camera whose principal point is the middle of its image, as these networks assume."""
+    matrix = np.array([[focal_px, 0.0, centre_px[0]], [0.0, focal_px, centre_px[1]], [0.0, 0.0, 1.0]])
+    size = (round(2 * float(centre_px[0])), round(2 * float(centre_px[1])))
+    return Camera(matrix, np.zeros(5) if distortion is None else distortion, None, size)
+
+
+def in_first_camera(motion: SmplMotion, camera_rotations: Array, camera_places: Array) -> SmplMotion:
+    """A motion given in a moving camera's frame, in the frame that its camera poses are given in.
+
+    Args:
+        motion: in the frame of each frame's camera.
+        camera_rotations: (T, 3, 3) camera to world.
+        camera_places: (T, 3) of the camera.
+    """
+    pelvis = offsets_m(motion.model)[0]
+    place = (camera_rotations @ (motion.trans_m + pelvis)[..., None])[..., 0] + camera_places
+    root = rotations.multiply(rotations.from_matrix(camera_rotations), motion.rotations[:, 0])
+    turned = np.concatenate((root[:, None], motion.rotations[:, 1:]), axis=1)
+    return replace(motion, rotations=turned, trans_m=place - pelvis)
