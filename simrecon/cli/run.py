@@ -123,7 +123,8 @@ def _make(
     found = None
     with _Stages() as stages:
         how: dict[str, Any] = {"seed": options.seed, "threads": options.threads, "report": stages}
-        how["wanted"] = wanted
+        if wanted is not None:
+            how["wanted"] = wanted
         if things.ground.stiffness_Npm == scene.FIT:
             found = softfloor.calibrate(given, things, settings, **how)
             things, start = replace(things, ground=found.ground), found.motion
