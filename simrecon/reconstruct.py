@@ -15,6 +15,7 @@ import numpy as np
 
 from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
+from simrecon.body import Wanted
 from simrecon.engines import problem as problems
 from simrecon.engines import sampling
 from simrecon.engines import start as starts
@@ -59,6 +60,7 @@ def reconstruct(
     *,
     seed: int = 0,
     threads: int = 0,
+    wanted: Wanted | None = None,
     report: Report = _silent,
     start: Motion | None = None,
 ) -> Reconstruction:
@@ -70,18 +72,19 @@ def reconstruct(
         plan: how the clip is cut and optimised.
         seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
         threads: of the simulator, 0 for one per core.
+        wanted: the body's shape, as far as it is known; None: the proportions of the average.
         report: told of the progress.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
 
     Raises:
-        InputError: the evidence, the scene or the motion to start from can't be used.
+        InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
     """
     marks = [time.perf_counter()]
     uniform, grid = resample(evidence)
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
     duration_s = clock.steps * clock.step_s
     report("kinematic fit", 0.0, duration_s)
-    fit = kinematics.fit(uniform, scene, plan.kinematics)
+    fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
     marks.append(time.perf_counter())
 
     mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 from simrecon import reconstruct as reconstructions
 from simrecon import scene as scenes
+from simrecon.body import Wanted
 from simrecon.errors import InputError, SimreconError
 from simrecon.plan import Plan
 from simrecon.types import Evidence, Ground, Motion, Scene
@@ -64,6 +65,7 @@ def calibrate(
     *,
     seed: int = 0,
     threads: int = 0,
+    wanted: Wanted | None = None,
     report: Callable[[str, float, float], None] = lambda _stage, _done, _total: None,
 ) -> Calibration:
     """Find stiffness and damping of the ground of a clip.
@@ -74,6 +76,7 @@ def calibrate(
         plan: with which every trial is simulated.
         seed: of every trial, as `reconstruct`.
         threads: as `reconstruct`.
+        wanted: the body's shape, as `reconstruct`.
         report: told of the progress, in trials.
 
     Raises:
@@ -97,6 +100,7 @@ def calibrate(
             plan,
             seed=seed,
             threads=threads,
+            wanted=wanted,
             start=best[-1] if best else None,
         )
         whole = bool((made.motion.status == 0).all())

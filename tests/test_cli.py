@@ -214,7 +214,7 @@ def test_names_in_any_case(inputs: Path, tmp_path: Path, monkeypatch: pytest.Mon
     renamed = tuple(other.get(name, name) for name in given.keypoint_names)
     evidence.write(tmp_path / "clip.npz", replace(given, keypoint_names=renamed))
     passed: list[Evidence] = []
-    monkeypatch.setattr(cli.run, "_make", lambda _, found, *__: passed.append(found) or 0)
+    monkeypatch.setattr(cli.run, "_make", lambda _, found, *__, **___: passed.append(found) or 0)
     assert cli.main(["run", str(tmp_path / "clip.npz"), "-o", "out"]) == 0
     assert passed[0].keypoint_names == renamed
 

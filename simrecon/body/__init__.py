@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.body import mjcf, primitives
+from simrecon.body import mjcf, primitives, shaped
+from simrecon.body.shape import ShapeSpace
+from simrecon.body.shaped import Shape, Wanted
 from simrecon.body.skeleton import (
     measure,
     measure_template,
@@ -14,10 +16,13 @@ from simrecon.body.skeleton import (
     t_pose_m,
     template,
 )
-from simrecon.types import Body, Primitive, Skeleton
+from simrecon.errors import InputError
+from simrecon.types import Array, Body, Primitive, Skeleton
 
 __all__ = [
     "Primitive",
+    "Shape",
+    "Wanted",
     "build",
     "measure",
     "measure_template",
@@ -29,14 +34,41 @@ __all__ = [
 ]
 
 
-def build(skeleton: Skeleton, *, height_m: float, mass_kg: float, sole_m: float) -> Body:
-    """A person on a given kinematic tree.
+def build(
+    skeleton: Skeleton | None = None,
+    *,
+    height_m: float | None = None,
+    mass_kg: float | None = None,
+    sole_m: float = 0.0,
+    betas: Array | None = None,
+    shapes: ShapeSpace | None = None,
+    distribution: str = "standard",
+) -> Body:
+    """A person, on a kinematic tree of measured lengths, of shape parameters, or of both.
 
     Args:
-        skeleton: with lengths in m.
-        height_m: stature.
-        mass_kg: of the whole person.
+        skeleton: with lengths in m; that of the shape, scaled to `height_m`, if None.
+        height_m: stature; must be given with a skeleton, else that of the shape if None.
+        mass_kg: of the whole person; must be given without betas, else volume times density if None.
         sole_m: how far the sole lies below the heel and toe points.
+        betas: shape parameters, or None: primitives follow the proportions of `models/body/primitives.toml`.
+        shapes: the space of the betas; that of simrecon if None.
+        distribution: of mass, by name (`mass.distribution`).
+
+    Raises:
+        InputError: neither lengths nor betas, lengths without stature or mass, betas out of range, or no such
+            distribution.
     """
-    parts = primitives.make(skeleton, height_m, mass_kg, sole_m)
-    return Body(np.zeros(0), height_m, mass_kg, skeleton, parts, mjcf.make(skeleton, parts, mass_kg))
+    if betas is None:
+        if skeleton is None or height_m is None or mass_kg is None:
+            raise InputError("a body needs betas, or a skeleton with height_m and mass_kg")
+        parts = primitives.make(skeleton, height_m, mass_kg, sole_m, distribution)
+        return Body(np.zeros(0), height_m, mass_kg, skeleton, parts, mjcf.make(skeleton, parts, mass_kg))
+    if skeleton is not None and height_m is None:
+        raise InputError("a skeleton with betas needs height_m")
+    made = shaped.make(betas, height_m=height_m, shapes=shapes)
+    tree, mass = skeleton or made.skeleton, mass_kg or made.mass_kg
+    parts = shaped.primitives(
+        made, tree, height_m=made.height_m, mass_kg=mass, sole_m=sole_m, distribution=distribution
+    )
+    return Body(made.betas, made.height_m, mass, tree, parts, mjcf.make(tree, parts, mass))

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from simrecon import resources
-from simrecon.body import names
+from simrecon.body import mass, names
 from simrecon.types import Primitive, Skeleton
 
 
 @cache
-def _entries() -> tuple[dict[str, Any], ...]:
+def entries() -> tuple[dict[str, Any], ...]:
+    """The primitives of `models/body/primitives.toml`, left, right and centre."""
     data = resources.toml("models", "body", "primitives.toml")
     return tuple(side for entry in data["primitive"] for side in names.mirrored(entry))
 
@@ -28,7 +29,9 @@ def default_height_m() -> float:
     return float(resources.toml("models", "body", "mass.toml")["whole"]["stature_m"])
 
 
-def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> tuple[Primitive, ...]:
+def make(
+    skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float, distribution: str = "standard"
+) -> tuple[Primitive, ...]:
     """Primitives along the bones of a skeleton.
 
     Args:
@@ -36,13 +39,17 @@ def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> 
         height_m: stature that proportions refer to.
         mass_kg: of the whole person, shared out by de Leva 1996.
         sole_m: how far the sole lies below the heel and toe points.
+        distribution: of mass, by name (`mass.distribution`).
+
+    Raises:
+        InputError: there is no such distribution.
     """
     percent = resources.toml("models", "body", "mass.toml")
     bmi = mass_kg / height_m**2
     width = height_m * np.sqrt(bmi / percent["whole"]["bmi_kgpm2"])
-    masses = _masses(percent["percent"], mass_kg)
+    masses = _masses(mass_kg, distribution)
     made = []
-    for entry in _entries():
+    for entry in entries():
         if entry["kind"] == "capsule":
             points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * width])
         elif "sole" in entry:
@@ -55,9 +62,12 @@ def make(skeleton: Skeleton, height_m: float, mass_kg: float, sole_m: float) -> 
     return tuple(made)
 
 
-def _masses(percent: dict[str, float], mass_kg: float) -> dict[str, float]:
-    total = sum(percent[entry["part"]] * entry["share"] for entry in _entries())
-    return {e["name"]: mass_kg * percent[e["part"]] * e["share"] / total for e in _entries()}
+def _masses(mass_kg: float, distribution: str) -> dict[str, float]:
+    percent = mass.data()["percent"]
+    shares = np.array([percent[entry["part"]] * entry["share"] for entry in entries()])
+    shares = mass.spread(shares, [entry["segment"] for entry in entries()], mass.distribution(distribution))
+    names = [entry["name"] for entry in entries()]
+    return mass.printable(dict(zip(names, (mass_kg * shares).tolist(), strict=True)), mass_kg)
 
 
 def _capsule(

@@ -50,6 +50,17 @@ def whole(high: int) -> Callable[[str], int]:
     return parse
 
 
+def numbers(text: str) -> list[float]:
+    """Reads numbers between commas."""
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = [math.nan]
+    if not all(math.isfinite(value) for value in found):
+        raise argparse.ArgumentTypeError(f"found {text!r}; valid: numbers between commas, such as 0.5,-1.2")
+    return found
+
+
 def number(bounds: tuple[float, float]) -> Callable[[str], float]:
     """Reads a number within `bounds`."""
     low, high = bounds

@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from simrecon import evidence, plan, reconstruct, resources, results, scene, softfloor
-from simrecon.body import names
+from simrecon.body import Wanted, mass, model_file, names, shape
 from simrecon.cli import arguments, reading
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.progress import Progress, duration
@@ -43,6 +45,22 @@ def add(commands: Any) -> None:
     run.add_argument(
         "--mass-kg", type=arguments.number(MASS_RANGE_KG), metavar="KG", help="the person's mass"
     )
+    run.add_argument(
+        "--betas",
+        type=arguments.numbers,
+        metavar="B,…",
+        help="shape parameters, the first ones; --betas=-1,… if the first is negative [as measured]",
+    )
+    run.add_argument(
+        "--body-model",
+        metavar="FILE",
+        help="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]",
+    )
+    run.add_argument(
+        "--mass-distribution",
+        choices=tuple(mass.distributions()),
+        help="of the body's mass; characters of Rempe et al. 2020 [standard]",
+    )
 
 
 def _add_settings(parser: argparse.ArgumentParser, plan_name: str | None = "default") -> None:
@@ -64,7 +82,16 @@ def _run(options: argparse.Namespace) -> int:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:
         given = replace(given, mass_kg=options.mass_kg)
-    return _make(options, given, scene.read(options.scene) if options.scene else Scene())
+    things = scene.read(options.scene) if options.scene else Scene()
+    return _make(options, given, things, wanted=_wanted(options))
+
+
+def _wanted(options: argparse.Namespace) -> Wanted | None:
+    if (options.betas, options.body_model, options.mass_distribution) == (None, None, None):
+        return None
+    shapes = shape.space() if options.body_model is None else model_file.read(options.body_model)
+    betas = None if options.betas is None else shape.check(np.array(options.betas), shapes, "--betas")
+    return Wanted(betas, shapes, options.mass_distribution or "standard")
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -73,7 +100,13 @@ def _demo(options: argparse.Namespace) -> int:
     return _make(options, evidence.read(options.input), scene.read(folder / "beam.toml"))
 
 
-def _make(options: argparse.Namespace, given: Evidence, things: Scene, start: Motion | None = None) -> int:
+def _make(
+    options: argparse.Namespace,
+    given: Evidence,
+    things: Scene,
+    start: Motion | None = None,
+    wanted: Wanted | None = None,
+) -> int:
     """Reconstruct and write; everything that may be wrong is checked before the work begins.
 
     Args:
@@ -81,6 +114,7 @@ def _make(options: argparse.Namespace, given: Evidence, things: Scene, start: Mo
         given: what one camera saw.
         things: the scene.
         start: a finished motion to begin from.
+        wanted: the body's shape, as far as it is known.
     """
     settings = plan.read(options.plan)
     results.check_writable(options.output)
@@ -89,6 +123,8 @@ def _make(options: argparse.Namespace, given: Evidence, things: Scene, start: Mo
     found = None
     with _Stages() as stages:
         how: dict[str, Any] = {"seed": options.seed, "threads": options.threads, "report": stages}
+        if wanted is not None:
+            how["wanted"] = wanted
         if things.ground.stiffness_Npm == scene.FIT:
             found = softfloor.calibrate(given, things, settings, **how)
             things, start = replace(things, ground=found.ground), found.motion

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon import body as bodies
 from simrecon import camera as cameras
 from simrecon import lbfgs, prior, rotations
-from simrecon.body import names, primitives
+from simrecon.body import names, primitives, shape, shaped
 from simrecon.errors import InputError
 from simrecon.evidence import visibility
 from simrecon.kinematics import initial, world
@@ -47,24 +47,27 @@ class _Points:
     known: Array
 
 
-def fit(evidence: Evidence, scene: Scene, plan: Kinematics) -> KinematicFit:
+def fit(
+    evidence: Evidence, scene: Scene, plan: Kinematics, wanted: bodies.Wanted | None = None
+) -> KinematicFit:
     """Fit shape scale, root and joint angles of all frames to the evidence.
 
     Args:
         evidence: on a uniform time grid.
         scene: what the person may touch, in the world of the camera's extrinsics where those are given.
         plan: weights and scales.
+        wanted: the body's shape; None: primitives by the proportions of `models/body/primitives.toml`.
 
     Raises:
-        InputError: nothing in the evidence can be used.
+        InputError: nothing in the evidence can be used, or no such shape.
     """
-    skeleton = bodies.scaled(bodies.measure(evidence), evidence.height_m, primitives.default_height_m())
+    skeleton, made = _person(evidence, wanted)
     points = _by_point(evidence, skeleton)
     camera = world.provisional(evidence)
     known_world = evidence.camera is not None and evidence.camera.world_to_camera is not None
     floor_only = replace(plan, contact=0.0, penetration=0.0)
     problem = _observe(evidence, skeleton, points, camera, plan)
-    contacts = contact_points(skeleton, _primitives(skeleton, evidence))
+    contacts = contact_points(skeleton, _primitives(skeleton, evidence, made))
     start, base = _start(evidence, skeleton, problem, camera)
 
     objective = Objective(skeleton, contacts, scene, base, problem, plan if known_world else floor_only)
@@ -81,12 +84,31 @@ def fit(evidence: Evidence, scene: Scene, plan: Kinematics) -> KinematicFit:
         objective = Objective(skeleton, contacts, scene, base, problem, plan)
         found, more = _minimise(objective, found, plan.evaluations, depth_m)
         iterations += more
-    return _result(evidence, scene, camera, objective, found, iterations)
+    distribution = "standard" if wanted is None else wanted.distribution
+    return _result(evidence, scene, camera, objective, found, iterations, made, distribution)
 
 
-def _primitives(skeleton: Skeleton, evidence: Evidence) -> tuple[bodies.Primitive, ...]:
+def _person(evidence: Evidence, wanted: bodies.Wanted | None) -> tuple[Skeleton, bodies.Shape | None]:
+    """Kinematic tree, and the shape if one is wanted: betas give lengths, or measured lengths the betas."""
+    lengths = bodies.measure(evidence)
+    measured = bodies.scaled(lengths, evidence.height_m, primitives.default_height_m())
+    if wanted is None:
+        return measured, None
+    if wanted.betas is not None:
+        made = shaped.make(wanted.betas, height_m=evidence.height_m, shapes=wanted.shapes)
+        return made.skeleton, made
+    betas = shape.fit(lengths, height_m=evidence.height_m, mass_kg=evidence.mass_kg, shapes=wanted.shapes)
+    height = evidence.height_m or bodies.stature_m(measured)
+    return measured, shaped.make(betas, height_m=height, shapes=wanted.shapes)
+
+
+def _primitives(
+    skeleton: Skeleton, evidence: Evidence, made: bodies.Shape | None
+) -> tuple[bodies.Primitive, ...]:
     height, mass = _stature_and_mass(skeleton, evidence)
-    return primitives.make(skeleton, height, mass, 0.0)
+    if made is None:
+        return primitives.make(skeleton, height, mass, 0.0)
+    return shaped.primitives(made, skeleton, height_m=made.height_m, mass_kg=mass)
 
 
 def _stature_and_mass(skeleton: Skeleton, evidence: Evidence) -> tuple[float, float]:
@@ -270,13 +292,25 @@ def _result(
     objective: Objective,
     found: Variables,
     iterations: int,
+    made: bodies.Shape | None,
+    distribution: str,
 ) -> KinematicFit:
     """Build the body at the fitted scale and read the centre of mass and reprojection errors off it."""
     scale = float(np.exp(found.log_scale))
     skeleton = bodies.rescaled(objective.skeleton, scale)
     skeleton = replace(skeleton, point_offsets_m=skeleton.point_offsets_m + found.sole_m * objective.drop)
     height, mass = _stature_and_mass(skeleton, evidence)
-    person = bodies.build(skeleton, height_m=height, mass_kg=mass, sole_m=0.0)
+    if made is not None:
+        height = made.height_m * scale
+        mass = evidence.mass_kg or made.mass_kg * scale**3
+    person = bodies.build(
+        skeleton,
+        height_m=height,
+        mass_kg=mass,
+        betas=None if made is None else made.betas,
+        shapes=None if made is None else made.shapes,
+        distribution=distribution,
+    )
     qpos = to_qpos(found.root_m, objective.base, found.rotvecs)
     com, marks = configurations(person, qpos)
     reprojection = np.full(evidence.scores.shape, np.nan)

@@ -1,0 +1,210 @@
+"""The shape space: shape parameters (betas) → joint centres, landmarks and skin of a relaxed stance.
+
+    x(β) = x̄ + Σ_i β_i B_i
+
+for joint centres, landmarks and skin vertices alike; β has independent components of unit variance over the
+adults that the basis was made of. Axes: x forward, y left, z up; the origin is the middle of the hip joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from simrecon import resources
+from simrecon.body import mass
+from simrecon.body.frames import segment_frames
+from simrecon.body.skeleton import measure_template, t_pose_m, template
+from simrecon.errors import InputError, SimreconError
+from simrecon.types import Array, IntArray, Skeleton
+
+SCHEMA = "simrecon.shape/1"
+BETA_MAX = 5.0
+"""Shape parameters beyond that many standard deviations are refused."""
+HEAD_POINT = "face"
+"""How the shape file names the point `head` of models/body/landmarks.toml; `head` is the joint there."""
+SIGMA_LENGTH, SIGMA_HEIGHT, SIGMA_MASS = 0.03, 0.005, 0.05
+"""How far, relatively, `fit` believes lengths of an estimate, a given height, a given mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSpace:
+    """A linear space of body shapes. B shape parameters, M points, V skin vertices, F faces, 17 segments.
+
+    Attributes:
+        name: what it is, for messages and reports.
+        point_names: M names: the segments' joint centres, landmarks, `crown`, `left_sole`, `right_sole`.
+        points_mean_m, points_basis_m: (M, 3), (B, M, 3).
+        vertices_mean_m, vertices_basis_m: (V, 3), (B, V, 3).
+        faces: (F, 3) triangles, counter-clockwise seen from outside.
+        weights: (V, 17) skinning weights by segment of the skeleton, rows sum to 1.
+        volume_factor: of the body over that of this skin.
+    """
+
+    name: str
+    point_names: tuple[str, ...]
+    points_mean_m: Array
+    points_basis_m: Array
+    vertices_mean_m: Array
+    vertices_basis_m: Array
+    faces: IntArray
+    weights: Array
+    volume_factor: float
+
+    @property
+    def size(self) -> int:
+        """Number of shape parameters."""
+        return len(self.points_basis_m)
+
+    def points_m(self, betas: Array) -> dict[str, Array]:
+        """Points (..., 3) by name, of betas (..., B)."""
+        placed = self.points_mean_m + np.tensordot(betas, self.points_basis_m, axes=1)  # (..., M, 3)
+        return {name: placed[..., i, :] for i, name in enumerate(self.point_names)}
+
+    def vertices_m(self, betas: Array) -> Array:
+        """Skin (..., V, 3) in the relaxed stance, of betas (..., B)."""
+        return np.asarray(self.vertices_mean_m + np.tensordot(betas, self.vertices_basis_m, axes=1))
+
+    def frames(self, betas: Array) -> tuple[Array, Array]:
+        """Origins (..., 17, 3) and orientations (..., 17, 3, 3) of the segments in the relaxed stance."""
+        points = self.points_m(betas)
+        names = template().names
+        return np.stack([points[name] for name in names], axis=-2), segment_frames(names, points)
+
+    def volume_m3(self, betas: Array) -> float:
+        """Volume of the body, betas (B,): the divergence theorem over the skin's faces."""
+        a, b, c = np.moveaxis(self.vertices_m(betas)[self.faces], 1, 0)  # (F, 3) each
+        return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0) * self.volume_factor
+
+
+@cache
+def space() -> ShapeSpace:
+    """The shape space that ships with simrecon: ten parameters (`models/body/shape.npz`, models/README.md).
+
+    Raises:
+        SimreconError: the file is missing or damaged.
+    """
+    path = resources.folder("models") / "body" / "shape.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            found = {key: data[key] for key in data.files}
+        if str(found["schema"]) != SCHEMA:
+            raise ValueError(f"schema is {found['schema']}")
+        weights = np.zeros((len(found["weights"]), len(template().names)))
+        np.put_along_axis(weights, found["weight_segments"].astype(np.int64), found["weights"], axis=1)
+        return ShapeSpace(
+            "simrecon",
+            tuple(str(name) for name in found["point_names"]),
+            found["points_mean_m"].astype(np.float64),
+            found["points_basis_m"].astype(np.float64),
+            found["vertices_mean_m"].astype(np.float64),
+            found["vertices_basis_m"].astype(np.float64),
+            found["faces"].astype(np.int64),
+            weights,
+            float(found["volume_factor"]),
+        )
+    except (OSError, ValueError, KeyError) as error:
+        raise SimreconError(f"can't read {path}: {error}; install simrecon again") from error
+
+
+def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
+    """Shape parameters, zeros for those not given.
+
+    Args:
+        betas: (up to B,).
+        shapes: whose parameters they are.
+        where: named in errors.
+
+    Raises:
+        InputError: too many of them, or not finite, or beyond `BETA_MAX`.
+    """
+    given = np.asarray(betas, dtype=np.float64)
+    if given.ndim != 1 or len(given) > shapes.size:
+        raise InputError(
+            f"{where}: found an array of shape {given.shape}; "
+            f"valid: up to {shapes.size} numbers ({shapes.name})"
+        )
+    if not np.all(np.abs(given) <= BETA_MAX):
+        raise InputError(
+            f"{where}: found {given.tolist()}; valid: numbers from -{BETA_MAX:g} to {BETA_MAX:g}"
+        )
+    return np.concatenate((given, np.zeros(shapes.size - len(given))))
+
+
+def skeleton(betas: Array, shapes: ShapeSpace | None = None) -> Skeleton:
+    """The kinematic tree of a shape, lengths in m.
+
+    Args:
+        betas: (B,).
+        shapes: the shape space; that of simrecon if None.
+    """
+    shapes = shapes or space()
+    unit = template()
+    points = shapes.points_m(betas)
+    origins, axes = shapes.frames(betas)
+    offsets = np.zeros_like(unit.offsets_m)
+    for i, parent in enumerate(unit.parents):
+        if parent >= 0:
+            offsets[i] = axes[parent].T @ (origins[i] - origins[parent])
+    local = np.zeros_like(unit.point_offsets_m)
+    for row, (name, segment) in enumerate(zip(unit.point_names, unit.point_segments, strict=True)):
+        if name not in unit.names:
+            local[row] = axes[segment].T @ (points[name] - origins[segment])
+        elif name == "head":
+            local[row] = points[HEAD_POINT] - origins[segment]
+    return replace(unit, offsets_m=offsets, point_offsets_m=local)
+
+
+def stature_m(betas: Array, shapes: ShapeSpace | None = None) -> float:
+    """Height of a shape that stands upright, legs straight: from the soles to the crown."""
+    shapes = shapes or space()
+    tree, points = skeleton(betas, shapes), shapes.points_m(betas)
+    upright = t_pose_m(tree)
+    top = upright[tree.names.index("head"), 2] + (points["crown"] - points["head"])[2]
+    ankle = upright[tree.names.index("left_ankle"), 2]
+    return float(top - ankle - (points["left_sole"] - points["left_ankle"])[2])
+
+
+def fit(
+    lengths_m: Mapping[str, float],
+    *,
+    height_m: float | None = None,
+    mass_kg: float | None = None,
+    shapes: ShapeSpace | None = None,
+) -> Array:
+    """The most probable shape for what is known of a person.
+
+    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β‖² over given lengths, stature and mass (volume times
+    density).
+
+    Args:
+        lengths_m: by name of `models/body/skeleton.toml`, as `body.measure` returns them; may be empty.
+        height_m: stature, or None.
+        mass_kg: of the whole body, or None.
+        shapes: the shape space; that of simrecon if None.
+
+    Returns:
+        (B,) betas; zeros where nothing is known.
+    """
+    shapes = shapes or space()
+    names = [name for name in measure_template(template()) if name in lengths_m]
+    wanted = np.log([lengths_m[name] for name in names])
+
+    def residuals(betas: Array) -> Array:
+        ours = measure_template(skeleton(betas, shapes))
+        found = [(np.log([ours[name] for name in names]) - wanted) / SIGMA_LENGTH, betas]
+        if height_m is not None:
+            found.append(np.array([np.log(stature_m(betas, shapes) / height_m) / SIGMA_HEIGHT]))
+        if mass_kg is not None:
+            volume = max(shapes.volume_m3(betas), 1e-3)
+            found.append(np.array([np.log(volume * mass.density_kgpm3() / mass_kg) / SIGMA_MASS]))
+        return np.concatenate(found)
+
+    limit = 0.999 * BETA_MAX
+    solved = least_squares(residuals, np.zeros(shapes.size), bounds=(-limit, limit), max_nfev=30)
+    betas: Array = solved.x
+    return betas
