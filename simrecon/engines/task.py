@@ -107,7 +107,18 @@ class Task:
         return states
 
     def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
+        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite.
+
+        P may be above the simulator's population: they are then rolled out in turns.
+        """
+        if len(samples) > simulator.population:
+            turns = range(0, len(samples), simulator.population)
+            parts = [self.evaluate(simulator, samples[k : k + simulator.population]) for k in turns]
+            names = parts[0][0]
+            return (
+                {name: np.concatenate([terms[name] for terms, _ in parts]) for name in names},
+                np.concatenate([finite for _, finite in parts]),
+            )
         rolled = simulator.run(self.states(samples), self.control(samples), self.at_steps)
         with np.errstate(all="ignore"):
             terms = self._terms(rolled)
