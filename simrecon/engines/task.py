@@ -136,7 +136,7 @@ class Task:
         if weights.pose:
             terms["pose"] = losses.pose(orientations, target.orientations)
         if weights.landmark:
-            terms["landmark"] = losses.landmark(points, target.points_m)
+            terms["landmark"] = losses.landmark(points, target.points_m, problem.point_weights)
         if weights.reprojection and problem.world_to_camera is not None:
             terms["reprojection"] = losses.reprojection(
                 points, target.rays, target.scores, problem.world_to_camera
@@ -161,7 +161,7 @@ class Task:
         terms = [
             Term(off, weights.com_position),
             Term(np.diff(off, axis=1) / problem.interval_s, weights.com_velocity),
-            Term(points - target.points_m, weights.landmark),
+            Term(points - target.points_m, weights.landmark * problem.point_weights),
         ]
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
