@@ -97,7 +97,13 @@ def limit_excess(rotvecs: Array, limits_rad: Array) -> Array:
 
 
 def landmark(points_m: Array, targets_m: Array, weights: Array) -> Array:
-    """Σ_t Σ_n w_n ‖l_tn - l^k_tn‖² to the kinematic fit; (..., F, M, 3), (F, M, 3) and (M,), m². Not in the paper."""
+    """Σ_t Σ_n w_n ‖l_tn - l^k_tn‖² to the kinematic fit, m²; not in the paper.
+
+    Args:
+        points_m: (..., F, M, 3).
+        targets_m: (F, M, 3).
+        weights: (M,).
+    """
     off = points_m - targets_m
     loss: Array = np.einsum("...fmi,...fmi,m->...", off, off, weights)
     return loss

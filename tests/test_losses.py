@@ -91,6 +91,7 @@ def test_landmark_sums_squares() -> None:
     points = np.zeros((2, 3, 3))
     points[0, 1], points[1, 2] = [1.0, 2.0, 2.0], [0.0, 0.0, 1.0]
     assert losses.landmark(points, np.zeros((2, 3, 3)), np.ones(3)) == pytest.approx(10.0)
+    assert losses.landmark(points, 0 * points, np.array([1.0, 2.0, 3.0])) == pytest.approx(21.0)
 
 
 def test_rotation_vectors_leave_the_base_out(rng: np.random.Generator) -> None:
