@@ -4,9 +4,9 @@ usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips 
                                       [--seeds N ...] [--threads N] [--set SECTION.KEY=VALUE ...]
        python tools/bench_sampling.py --compare A.json B.json
 
-DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json, prints the same as a table.
-Bare stepping is `mujoco.batch` alone: the same model, the same number of rollouts, the control that was found,
-right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
+table. Bare stepping is `mujoco.batch` alone: the same model, the same number of rollouts, the control that was
+found, right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ def compare(first: dict[str, Any], second: dict[str, Any]) -> None:
     keys = ("mpjpe_g_mm", "loss", "steps", "s_per_s", "bare_ratio")
     print("| clip | " + " | ".join(COLUMNS[key] for key in keys) + " |")
     print("|---" * (len(keys) + 1) + "|")
-    clips = [clip for clip in dict.fromkeys(row["clip"] for row in first["rows"])]
+    clips = list(dict.fromkeys(row["clip"] for row in first["rows"]))
     for clip in clips:
         before, after = (means(side["rows"], clip, keys) for side in (first, second))
         if after.size:
