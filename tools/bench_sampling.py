@@ -5,8 +5,8 @@ usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips 
        python tools/bench_sampling.py --compare A.json B.json
 
 DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
-table. Bare stepping is `mujoco.batch` alone: the same model, the same number of rollouts, the control that was
-found, right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+table. Bare stepping is `mujoco.batch` alone: the same model, as many rollouts, the control that was found,
+right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
 """
 
 from __future__ import annotations
