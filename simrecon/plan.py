@@ -80,6 +80,7 @@ class LossWeights:
     total_variation: float = _range(0.0)
     joint_limit: float = _range(0.0)
     landmark: float = _range(0.0)
+    landmark_velocity: float = _range(0.0)
     rate_hz: float = _range(1.0, 1000.0)
 
 

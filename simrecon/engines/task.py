@@ -137,6 +137,10 @@ class Task:
             terms["pose"] = losses.pose(orientations, target.orientations)
         if weights.landmark:
             terms["landmark"] = losses.landmark(points, target.points_m, problem.point_weights)
+        if weights.landmark_velocity:
+            terms["landmark_velocity"] = losses.landmark_velocity(
+                points, target.points_m, problem.point_weights, problem.interval_s
+            )
         if weights.reprojection and problem.world_to_camera is not None:
             terms["reprojection"] = losses.reprojection(
                 points, target.rays, target.scores, problem.world_to_camera
@@ -157,11 +161,13 @@ class Task:
         problem, target, weights = self.problem, self._targets, self.problem.plan.loss
         points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
-        off = rolled.com_m - target.com_m
+        com_off, off = rolled.com_m - target.com_m, points - target.points_m
+        rate = 1.0 / problem.interval_s
         terms = [
-            Term(off, weights.com_position),
-            Term(np.diff(off, axis=1) / problem.interval_s, weights.com_velocity),
-            Term(points - target.points_m, weights.landmark * problem.point_weights),
+            Term(com_off, weights.com_position),
+            Term(rate * np.diff(com_off, axis=1), weights.com_velocity),
+            Term(off, weights.landmark * problem.point_weights),
+            Term(rate * np.diff(off, axis=1), weights.landmark_velocity * problem.point_weights),
         ]
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))

@@ -25,6 +25,7 @@ LOSSES = {
     "total_variation": 0.0,
     "joint_limit": 0.0,
     "landmark": 0.0,
+    "landmark_velocity": 0.0,
     "rate_hz": 30.0,
 }
 
