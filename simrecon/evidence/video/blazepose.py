@@ -110,7 +110,9 @@ def sigmoid(values: Array) -> Array:
     return result
 
 
-def decode_candidates(raw: Array, scores: Array, centres: Array, minimum: float = CANDIDATE_SCORE_MIN) -> Array:
+def decode_candidates(
+    raw: Array, scores: Array, centres: Array, minimum: float = CANDIDATE_SCORE_MIN
+) -> Array:
     """The detector's tensors to candidates above a score, best first.
 
     Args:

@@ -92,7 +92,9 @@ def _interpreter(path: Path, threads: int) -> Any:
             made = litert.Interpreter(str(path), num_threads=threads)
             made.allocate_tensors()
     except (ValueError, RuntimeError) as error:
-        raise InputError(f"{path}: found no network ({error}); valid: simrecon models fetch --force") from error
+        raise InputError(
+            f"{path}: found no network ({error}); valid: simrecon models fetch --force"
+        ) from error
     return made
 
 

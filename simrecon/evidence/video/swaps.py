@@ -26,7 +26,9 @@ def pairs(parts: tuple[str, ...]) -> NDArray[np.int64]:
     return np.array([[NAMES.index(f"{side}_{part}") for side in ("left", "right")] for part in parts])
 
 
-def find(times_s: Array, points_px: Array, scores: Array, world_m: Array, scale_px: Array) -> NDArray[np.bool_]:
+def find(
+    times_s: Array, points_px: Array, scores: Array, world_m: Array, scale_px: Array
+) -> NDArray[np.bool_]:
     """Frames in which left and right are mixed up.
 
     Args:

@@ -25,7 +25,16 @@ from simrecon.errors import InputError, SimreconError
 NPM_PACKAGE = "@mediapipe/pose@0.5.1675469404"
 PIP_PACKAGE = "mediapipe==0.10.21"
 # The wheel is only unpacked: any platform's will do, whatever Python runs here.
-PIP_TARGET = ("--python-version", "3.11", "--implementation", "cp", "--abi", "cp311", "--platform", "manylinux_2_28_x86_64")
+PIP_TARGET = (
+    "--python-version",
+    "3.11",
+    "--implementation",
+    "cp",
+    "--abi",
+    "cp311",
+    "--platform",
+    "manylinux_2_28_x86_64",
+)
 MODELS = ("heavy", "full", "lite")
 COMMAND = "simrecon models fetch"
 _SIZE_MAX = 64 << 20
@@ -142,6 +151,11 @@ def find(name: str) -> tuple[Path, str]:
     return path, _digest(path, stat.st_mtime_ns, stat.st_size)
 
 
+def default() -> tuple[str, ...]:
+    """The models to fetch when none is named: what npm has, or what pip has where there is no npm."""
+    return ("heavy", "full") if shutil.which("npm") else ("full",)
+
+
 def best() -> str:
     """The most accurate model that is there; `heavy` if none is."""
     return next((name for name in MODELS if state(entry(name)) != "missing"), MODELS[0])
@@ -243,7 +257,9 @@ def _only(place: Path, pattern: str) -> Path:
 
 def _keep(one: Weights, content: bytes, package: str) -> None:
     if hashlib.sha256(content).hexdigest() not in one.sha256:
-        raise SimreconError(f"{package}: {one.name} has another SHA-256 than it must have; nothing was kept of it")
+        raise SimreconError(
+            f"{package}: {one.name} has another SHA-256 than it must have; nothing was kept of it"
+        )
     target = folder() / one.file
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
