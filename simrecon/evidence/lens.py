@@ -1,7 +1,7 @@
-"""The camera from a file: simrecon's TOML, OpenCV's FileStorage, or a calibration of Pose2Sim or Caliscope.
+"""The camera from a file: simrecon's TOML, OpenCV's FileStorage, or Pose2Sim's or Caliscope's.
 
-Every one of them becomes K, distortion k1 k2 p1 p2 k3, image size, and, where it is there, the pose. Poses are
-world to camera: x_camera = R x_world + t, R as a rotation vector or a matrix.
+Each becomes K, distortion k1 k2 p1 p2 k3, image size, and, where it is there, the pose. Poses are world
+to camera: x_camera = R x_world + t, R as a rotation vector or a matrix.
 """
 
 from __future__ import annotations
@@ -272,21 +272,16 @@ def _opencv(path: Path, raw: bytes) -> list[_Found]:
         raise InputError(f"{path}: found a damaged OpenCV file ({reason}); valid: a whole one") from error
     if "matrix" not in keys:
         raise InputError(f"{path}: camera matrix: found none; valid: a key of {', '.join(_OPENCV['matrix'])}")
-    matrix = _matrix(
-        path, "camera_matrix", keys["matrix"].reshape(-1, 3) if keys["matrix"].size == 9 else keys["matrix"]
-    )
+    matrix = keys["matrix"].reshape(3, 3) if keys["matrix"].size == 9 else keys["matrix"]
+    distortion = _distortion(path, "distortion_coefficients", keys.get("distortion", np.zeros(5)))
     size = keys.get("size")
     if "width" in keys and "height" in keys:
         size = np.concatenate((keys["width"].ravel(), keys["height"].ravel()))
     pose = None
     if "rotation" in keys and "translation" in keys:
         pose = _rigid(path, "rvec", keys["rotation"], keys["translation"])
-    return [
-        _Found(
-            path.stem, matrix, _distortion(path, "distortion_coefficients", keys.get("distortion", np.zeros(5))),
-            None if size is None else (int(size[0]), int(size[1])), pose,
-        )
-    ]  # fmt: skip
+    shape = None if size is None or size.size != 2 else (int(size[0]), int(size[1]))
+    return [_Found(path.stem, _matrix(path, "camera_matrix", matrix), distortion, shape, pose)]
 
 
 def _node(root: Any, names: tuple[str, ...]) -> Array | None:

@@ -63,7 +63,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A person that the detector sees: score in [0, 1], box (4,) x0 y0 x1 y1 of the face, region of the body."""
+    """A person that the detector sees: score in [0, 1], box x0 y0 x1 y1 of the face, region of the body."""
 
     score: float
     box_px: Array
@@ -166,7 +166,7 @@ def suppress(candidates: Array, overlap: float = SUPPRESSION_IOU) -> Array:
 
 
 def letterbox(width: float, height: float, side: int) -> tuple[float, Array]:
-    """Pixels of the image per pixel of a square input, and the bars on both sides (2,) in pixels of the input."""
+    """Pixels of the image per pixel of a square input, and the bars (2,) left and above, in the input's."""
     scale = max(width, height) / side
     return scale, (side - np.array([width, height]) / scale) / 2
 

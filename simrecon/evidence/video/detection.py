@@ -1,4 +1,4 @@
-"""One person's landmarks in every frame of a video, kept in the cache so that a second run skips the networks."""
+"""One person's landmarks in every frame of a video, kept in the cache: a second run skips the networks."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Detection:
 
     Attributes:
         stamps_s: (T,) time stamps of the frames, NaN where the file has none.
-        points_px: (T, 33, 2) float32, NaN where the person is unseen.
-        scores: (T, 33) float32, visibility × presence.
-        world_m: (T, 33, 3) float32 around the middle of the hips, axes of the camera.
+        points_px: (T, 33, 2), NaN where the person is unseen.
+        scores: (T, 33), visibility × presence.
+        world_m: (T, 33, 3) around the middle of the hips, axes of the camera.
         swapped: (T, 2) left and right were exchanged by us, arms and legs.
-        frame_ms: (T,) float32 time spent on each frame, decoding included.
+        frame_ms: (T,) time spent on each frame, decoding included.
         people_px: (N, 4) x0 y0 x1 y1 of the people in the frame of the choice, the largest first.
         chosen: index of the person in it.
         losses: how often the person was lost.
@@ -52,11 +52,11 @@ class Detection:
     """
 
     stamps_s: Array
-    points_px: NDArray[np.float32]
-    scores: NDArray[np.float32]
-    world_m: NDArray[np.float32]
+    points_px: Array
+    scores: Array
+    world_m: Array
     swapped: NDArray[np.bool_]
-    frame_ms: NDArray[np.float32]
+    frame_ms: Array
     people_px: Array
     chosen: int
     losses: int
@@ -65,7 +65,7 @@ class Detection:
     @property
     def seen(self) -> NDArray[np.bool_]:
         """(T,) whether the person was seen."""
-        return np.isfinite(self.points_px).all(axis=(1, 2))
+        return np.asarray(np.isfinite(self.points_px).all(axis=(1, 2)))
 
 
 def key(content_sha256: str, model: str, hashes: tuple[str, ...], choice: Choice) -> str:
@@ -124,7 +124,8 @@ class _Rows:
 
     def array(self) -> NDArray[np.float32]:
         """(T, 33, 6): x, y, score, x, y, z."""
-        return np.concatenate([*self._blocks, np.empty((0, COUNT, 6), np.float32)])[: self._count]
+        whole: NDArray[np.float32] = np.concatenate([*self._blocks, np.empty((0, COUNT, 6), np.float32)])
+        return whole[: self._count]
 
 
 def follow(
@@ -155,7 +156,7 @@ def follow(
             progress(len(stamps), max(info.count, len(stamps)))
     if follower.chosen < 0:
         raise _nobody(path, follower, choice, len(stamps))
-    values = rows.array()
+    values = rows.array().astype(float)
     points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:]
     scale = np.asarray(regions) / BODY_M
     swapped = swaps.find(_increasing(np.asarray(stamps), interval), points, scores, world, scale)
@@ -165,7 +166,7 @@ def follow(
         swaps.exchange(scores, swapped),
         swaps.exchange(world, swapped),
         swapped,
-        np.asarray(spent, np.float32),
+        np.asarray(spent),
         np.array([tracker.bounds(pose) for pose in follower.first[:PEOPLE_MAX]]),
         follower.chosen,
         follower.losses,
@@ -177,7 +178,8 @@ def _increasing(stamps: Array, interval: float) -> Array:
     """Time stamps where they increase, else a constant rate."""
     if np.isfinite(stamps).all() and (np.diff(stamps) > 0).all():
         return stamps
-    return interval * np.arange(len(stamps))
+    even: Array = interval * np.arange(len(stamps))
+    return even
 
 
 def _check_size(path: Path, image: Image, size: tuple[int, int]) -> None:
@@ -211,6 +213,8 @@ def described(people_px: Array) -> str:
 def save(path: Path, detection: Detection) -> None:
     """Write a detection; a cache that can't be written is no error, for the result does not need it."""
     content: dict[str, Any] = {"schema": SCHEMA, **asdict(detection)}
+    for large in ("points_px", "scores", "world_m", "frame_ms"):
+        content[large] = content[large].astype(np.float32)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **{k: np.asarray(v) for k, v in content.items()})
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
@@ -237,11 +241,11 @@ def _parse(arrays: Arrays) -> Detection:
     size = arrays.finite("size_px", (2,))
     return Detection(
         stamps_s=arrays.floats("stamps_s", ("T",)),
-        points_px=arrays.floats("points_px", ("T", COUNT, 2)).astype(np.float32),
-        scores=arrays.finite("scores", ("T", COUNT)).astype(np.float32),
-        world_m=arrays.floats("world_m", ("T", COUNT, 3)).astype(np.float32),
+        points_px=arrays.floats("points_px", ("T", COUNT, 2)),
+        scores=arrays.finite("scores", ("T", COUNT)),
+        world_m=arrays.floats("world_m", ("T", COUNT, 3)),
         swapped=arrays.array("swapped").astype(bool),
-        frame_ms=arrays.finite("frame_ms", ("T",)).astype(np.float32),
+        frame_ms=arrays.finite("frame_ms", ("T",)),
         people_px=arrays.finite("people_px", ("N", 4)),
         chosen=int(arrays.finite("chosen", ())),
         losses=int(arrays.finite("losses", ())),

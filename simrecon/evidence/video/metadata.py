@@ -21,7 +21,7 @@ _FORMATS = {
 
 
 def focal_35mm(path: Path) -> float | None:
-    """The focal length that gives the same diagonal field of view on 36 mm × 24 mm; None if it is not there."""
+    """The focal length with the same diagonal field of view on 36 mm × 24 mm; None if it is not there."""
     try:
         with path.open("rb") as file:
             file.seek(0, 2)

@@ -49,7 +49,7 @@ class Networks:
         self._world = _output(self._landmarks, landmarks, (1, raw[0] * 3), shape)
 
     def candidates(self, image: Image, tile: tuple[int, int, int, int] | None = None) -> list[Candidate]:
-        """People in an image (H, W, 3), blue green red, or in a tile x, y, width, height of it; best first."""
+        """People in an image (H, W, 3), blue green red, or in a tile x, y, width, height of it."""
         x, y, width, height = tile or (0, 0, image.shape[1], image.shape[0])
         side = blazepose.DETECTOR_SIDE
         scale, bars = blazepose.letterbox(width, height, side)

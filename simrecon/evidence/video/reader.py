@@ -46,10 +46,10 @@ def read(content: Content, options: Options) -> Evidence:
     return Evidence(
         times_s=times,
         keypoint_names=NAMES,
-        keypoints_px=found.points_px.astype(float),
+        keypoints_px=found.points_px,
         scores=np.where(seen[:, None], found.scores, 0.0).clip(0.0, 1.0),
         joint_names=NAMES,
-        joints_m=found.world_m.astype(float),
+        joints_m=found.world_m,
         joints_frame="camera_root_relative",
         camera=camera,
         sha256=content.sha256,

@@ -1,8 +1,8 @@
 """Left and right that a network mixed up in some frames, found by how the limbs would have to jump.
 
-For the arms and the legs each, the frames are given the states kept and swapped so that the sum of all jumps
-from frame to frame, and of a small cost per swapped frame, is least (Viterbi). What a crossing of limbs leaves
-open stays as it was.
+For the arms and the legs each, the frames are given the states kept and swapped so that the sum of all
+jumps from frame to frame, and of a small cost per swapped frame, is least (Viterbi). What a crossing of
+limbs leaves open stays as it was.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class Network(Protocol):
 
 @dataclass(frozen=True)
 class Choice:
-    """Which person: the N-th by size (1 the largest), the one at a place in the image (2,), or the largest."""
+    """Which person: the N-th by size, from 1 on, or the one at a place (2,) in the image; else the largest."""
 
     number: int | None = None
     at_px: tuple[float, float] | None = None
@@ -107,8 +107,8 @@ def colours(image: Image, pose: Pose) -> Array | None:
         return None
     hsv = cv2.cvtColor(part, cv2.COLOR_BGR2HSV)
     counts = cv2.calcHist([hsv], [0, 1, 2], mask, list(COLOUR_BINS), [0, 180, 0, 256, 0, 256])
-    share = np.asarray(counts, float).ravel()
-    return share / share.sum()
+    share: Array = np.asarray(counts, float).ravel()
+    return np.asarray(share / share.sum())
 
 
 def colour_distance(a: Array | None, b: Array | None) -> float:
