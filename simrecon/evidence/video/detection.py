@@ -178,8 +178,7 @@ def _increasing(stamps: Array, interval: float) -> Array:
     """Time stamps where they increase, else a constant rate."""
     if np.isfinite(stamps).all() and (np.diff(stamps) > 0).all():
         return stamps
-    even: Array = interval * np.arange(len(stamps))
-    return even
+    return np.asarray(interval * np.arange(len(stamps)), float)
 
 
 def _check_size(path: Path, image: Image, size: tuple[int, int]) -> None:

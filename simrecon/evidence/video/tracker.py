@@ -25,8 +25,9 @@ STEP_MAX, SPEED_MAX_PER_S = 0.05, 4.0  # of the middle of the body, while follow
 SEARCH_MAX, SEARCH_SPEED_PER_S = 0.35, 1.5  # while searched for
 SIZE_RATIO_MAX, SIZE_GROWTH_PER_S = 1.4, 1.5
 # Bhattacharyya distance of the trunk's colours, 0 the same to 1 nothing in common.
-COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.8, 0.55
-COLOUR_TIME_S = 1.0  # in which the remembered colours follow the seen ones
+COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.62, 0.55
+COLOUR_EASE_PER_S, COLOUR_EASE_MAX = 0.2, 0.85  # the limit of the search grows: light changes, people turn
+COLOUR_TIME_S = 0.5  # in which the remembered colours follow the seen ones, slower if they differ
 COLOUR_BINS = (12, 4, 4)  # hue, saturation, value
 TRUNK = tuple(NAMES.index(name) for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip"))
 
@@ -43,7 +44,7 @@ class Network(Protocol):
 
 @dataclass(frozen=True)
 class Choice:
-    """Which person: the N-th by size, from 1 on, or the one at a place (2,) in the image; else the largest."""
+    """Which person: the N-th by size, from 1 on, or the one at a place in the image; else the largest."""
 
     number: int | None = None
     at_px: tuple[float, float] | None = None
@@ -181,6 +182,7 @@ class Tracker:
 
     def _search(self, image: Image, time_s: float, since_s: float) -> Pose | None:
         reach = SEARCH_MAX + SEARCH_SPEED_PER_S * since_s
+        limit = min(COLOUR_SEARCH_MAX + COLOUR_EASE_PER_S * since_s, COLOUR_EASE_MAX)
         found = self._network.candidates(image)
         if not any(self._near(candidate.region, reach) for candidate in found):
             for tile in tiles(image.shape[1], image.shape[0]):
@@ -190,7 +192,7 @@ class Tracker:
             if not self._near(candidate.region, reach):
                 continue
             pose = self._network.pose(image, candidate.region)
-            if self._believed(image, pose, reach, COLOUR_SEARCH_MAX, since_s):
+            if self._believed(image, pose, reach, limit, since_s):
                 cost = colour_distance(self._colours, colours(image, pose)) + self._apart(pose.region)
                 if best is None or cost < best[0]:
                     best = cost, pose
@@ -231,7 +233,8 @@ class Tracker:
         if self._colours is None:
             self._colours = seen
         elif seen is not None:
-            share = min(max(time_s - self._last_s, 0.0) / COLOUR_TIME_S, 0.2)
+            alike = max(1 - colour_distance(self._colours, seen) / COLOUR_FOLLOW_MAX, 0.0)
+            share = alike * min(max(time_s - self._last_s, 0.0) / COLOUR_TIME_S, 0.2)
             self._colours = (1 - share) * self._colours + share * seen
         self._last, self._last_s, self._followed = pose, time_s, True
         return pose
