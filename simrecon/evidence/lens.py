@@ -290,11 +290,9 @@ def _node(root: Any, names: tuple[str, ...]) -> Array | None:
         if node.empty() or node.isNone():
             continue
         if node.isMap():
-            found = node.mat()
-            if found is None:  # as ROS writes it: rows, cols, data
-                data = node.getNode("data")
-                found = np.array([data.at(i).real() for i in range(data.size())])
-            return np.asarray(found, float)
+            if not node.getNode("dt").empty():
+                return np.asarray(node.mat(), float)
+            node = node.getNode("data")  # as ROS writes it: rows, cols, data
         if node.isSeq():
             return np.array([node.at(i).real() for i in range(node.size())])
         return np.array([node.real()])

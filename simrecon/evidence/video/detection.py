@@ -192,7 +192,7 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int) -> InputE
         return InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
     there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
     if choice.at_px is not None and there:
-        found = f"nobody at {choice.at_px[0]:g},{choice.at_px[1]:g}"
+        found = f"found nobody at {choice.at_px[0]:g},{choice.at_px[1]:g}"
         return InputError(f"{path}: --person-at: {found} in {count} frames; valid: a place on one of {there}")
     if choice.number is not None and there:
         found = f"at most {len(follower.first)} people at a time"

@@ -117,7 +117,7 @@ def _whom(found: Detection, choice: Choice) -> str:
     else:
         others = detection.described(found.people_px)
         reason = "as asked for" if choice != Choice() else "the largest; --person or --person-at chooses"
-        text = f"person {found.chosen + 1} of {others} in frame {start}, {reason}"
+        text = f"person {found.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
     return text
 
 
