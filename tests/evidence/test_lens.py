@@ -46,7 +46,7 @@ def test_pose2sim(tmp_path) -> None:
     np.testing.assert_allclose(found.distortion, [*DISTORTION[:4], 0])
     assert found.image_size_px == (1000, 800)
     np.testing.assert_allclose(cameras.centre_m(found), CENTRE, atol=1e-9)
-    assert how == "Calib_scene.toml, camera cam_02, focal length 1811 px, with its pose, world z up"
+    assert how == "Calib_scene.toml, camera cam_02, focal length 1810 px, with its pose, world z up"
     by_name, how = lens.read(path, hint="clips/walk_cam02.mp4")
     np.testing.assert_allclose(by_name.matrix_px, found.matrix_px)
     assert "cam_02 (by the video's name)" in how
@@ -112,7 +112,8 @@ def test_opencv(tmp_path, suffix) -> None:
 def test_ros_yaml(tmp_path) -> None:
     text = (
         "image_width: 1000\nimage_height: 800\ncamera_name: left\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
-        f"  data: {K.ravel().tolist()}\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: {DISTORTION}\n"
+        f"  data: {K.ravel().tolist()}\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n"
+        f"  data: {DISTORTION}\n"
     )
     found, _ = lens.read(written(tmp_path, text, "left.yaml"))
     np.testing.assert_allclose(found.matrix_px, K)
