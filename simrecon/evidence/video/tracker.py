@@ -233,8 +233,9 @@ class Tracker:
         if self._colours is None:
             self._colours = seen
         elif seen is not None:
-            alike = max(1 - colour_distance(self._colours, seen) / COLOUR_FOLLOW_MAX, 0.0)
-            share = alike * min(max(time_s - self._last_s, 0.0) / COLOUR_TIME_S, 0.2)
+            apart = colour_distance(self._colours, seen)
+            step = (1 - apart / COLOUR_FOLLOW_MAX) * min((time_s - self._last_s) / COLOUR_TIME_S, 0.2)
+            share = step if apart < COLOUR_FOLLOW_MAX else 1.0  # found by the eased limit: as from now
             self._colours = (1 - share) * self._colours + share * seen
         self._last, self._last_s, self._followed = pose, time_s, True
         return pose
