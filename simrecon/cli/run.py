@@ -84,7 +84,7 @@ def _run(options: argparse.Namespace) -> int:
     given = reading.read(options)
     evidence.check_names(given, names.valid_names(), options.input)
     if is_video:
-        _keep(options.output, given)
+        options.input, given = _keep(options.output, given)
     if options.height_m is not None:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:
@@ -93,13 +93,14 @@ def _run(options: argparse.Namespace) -> int:
     return _make(options, given, things, wanted=_wanted(options))
 
 
-def _keep(output: str, given: Evidence) -> None:
-    """Write a video's evidence beside the result, to be looked at, mended, or run again."""
+def _keep(output: str, given: Evidence) -> tuple[str, Evidence]:
+    """Write a video's evidence beside the result, to be looked at, mended, or run again, and go on from it."""
     path = Path(output).resolve()
     path = path.with_name(f"{path.name}.evidence.npz")
     path.parent.mkdir(parents=True, exist_ok=True)
     evidence.write(path, given)
-    print(f"evidence {path}", file=sys.stderr)
+    print(f"evidence written to {path}", file=sys.stderr)
+    return str(path), replace(evidence.read(path), reading=given.reading)
 
 
 def _wanted(options: argparse.Namespace) -> Wanted | None:

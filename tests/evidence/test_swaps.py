@@ -54,6 +54,15 @@ def test_arms_and_legs_are_told_apart(walk) -> None:
     assert np.argwhere(found).tolist() == [[10, 0], [11, 0], [40, 1]]
 
 
+def test_long_videos_go_by_parts(walk, monkeypatch) -> None:
+    times, points, scores, world, scale = walk
+    points, world = swap(points, [20, 21, 40], LEGS), swap(world, [20, 21, 40], LEGS)
+    whole = swaps.find(times, points, scores, world, scale)
+    monkeypatch.setattr(swaps, "_CHUNK", 7)
+    np.testing.assert_array_equal(swaps.find(times, points, scores, world, scale), whole)
+    assert whole.sum() == 3
+
+
 def test_unseen_frames_and_gaps(walk) -> None:
     times, points, scores, world, scale = walk
     points = swap(points, [20], LEGS)

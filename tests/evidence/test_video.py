@@ -12,6 +12,7 @@ import video_files as files
 from video_files import GREEN, RED
 
 from simrecon import cli, evidence
+from simrecon.cli import run
 from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.content import open_content
@@ -65,7 +66,7 @@ def test_evidence_of_a_video(clip) -> None:
     np.testing.assert_allclose(found.scores, 0.9, rtol=1e-6)
     assert steps[0] == (1, 20)
     assert steps[-1] == (20, 20)
-    assert "160 x 120 px, 20 frames, 25 Hz; lens: a test; BlazePose heavy, " in found.reading
+    assert "video: clip.mp4, 160 x 120 px, 20 frames, 25 Hz; lens: a test; BlazePose heavy, " in found.reading
     assert "person 1 of 2, the largest; --person or --person-at chooses; in frame 0: " in found.reading
     assert ": 1 (at 40,60, 82 px high), 2 (at 130,60, 52 px high)" in found.reading
 
@@ -196,6 +197,40 @@ def test_missing_weights_are_one_line_and_status_2(clip, tmp_path, monkeypatch, 
     assert len(said) == 1
     assert said[0].endswith("are not there; fetch them: simrecon models fetch")
     assert not (tmp_path / "out").exists()
+
+
+@fake
+def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, capsys) -> None:
+    made = []
+
+    def stand_in(options, given, *_args, **_named):
+        made.append((options.input, options.video, given))
+        return 0
+
+    monkeypatch.setattr(run, "_make", stand_in)
+    out = tmp_path / "new" / "out"
+    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == 0
+    ((path, video, given),) = made
+    assert Path(path) == tmp_path / "new" / "out.evidence.npz"
+    assert Path(video) == clip
+    assert given.sha256 == hashlib.sha256(Path(path).read_bytes()).hexdigest()  # as `rerun` wants it
+    assert given.reading.startswith("video: clip.mp4, ")
+    assert given.camera.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
+    assert "read as video: clip.mp4" in capsys.readouterr().err
+
+
+def test_camera_options(clip, tmp_path, capsys) -> None:
+    camera = tmp_path / "camera.toml"
+    camera.write_text("image_size_px = [160, 120]\nfocal_px = 150\n")
+    base = ["run", str(clip), "-o", str(tmp_path / "out")]
+    for more, message in (
+        (["--camera", str(camera), "--fov", "50"], "--camera: found --fov beside it"),
+        (["--camera-name", "cam"], "--camera-name: found no camera file"),
+        (["--camera", str(camera), "--camera-name", "b"], "found 'b'; valid: camera"),
+        (["--fov", "50", "--person-at", "3"], "found '3'; valid: x,y in pixels"),
+    ):
+        assert cli.main([*base, *more]) == 2
+        assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("inside_trak", "iso"), [(False, False), (True, False), (False, True)])

@@ -19,6 +19,7 @@ GAP_MAX_S = 0.3
 SCORE_MIN = 0.3
 JUMP_MAX = 0.5  # of one landmark, m
 SWAPPED_COST = 0.02  # per frame, in units of mean jumps
+_CHUNK = 4096  # frames at a time, for long videos
 
 
 def pairs(parts: tuple[str, ...]) -> NDArray[np.int64]:
@@ -45,16 +46,20 @@ def find(
     result = np.zeros((len(times_s), 2), bool)
     if len(seen) < 3:
         return result
-    places = np.concatenate((points_px / scale_px[:, None, None], world_m), axis=-1)[seen]  # (S, 33, 5)
     linked = np.diff(times_s[seen]) <= GAP_MAX_S  # (S - 1,)
     for k, parts in enumerate((ARMS, LEGS)):
-        keep, cross = _jumps(places, scores[seen], pairs(parts))
+        keep, cross = np.empty(len(seen) - 1), np.empty(len(seen) - 1)
+        for start in range(0, len(keep), _CHUNK):
+            rows = seen[start : start + _CHUNK + 1]
+            places = np.concatenate((points_px[rows] / scale_px[rows, None, None], world_m[rows]), axis=-1)
+            part = slice(start, start + len(rows) - 1)
+            keep[part], cross[part] = _jumps(places, scores[rows], pairs(parts))
         result[seen, k] = _viterbi(np.where(linked, keep, 0.0), np.where(linked, cross, 0.0), linked)
     return result
 
 
 def _jumps(places: Array, scores: Array, index: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Mean jump (S - 1,) of the landmarks to the next frame, as they are and with the sides exchanged."""
+    """Mean jump (S - 1,) of landmarks (S, 33, 5) to the next frame: as they are, with sides exchanged."""
     sides = places[:, index]  # (S, P, 2, 5)
     weight = np.where(scores[:, index] >= SCORE_MIN, scores[:, index], 0.0).min(axis=-1)  # (S, P)
     weight = np.minimum(weight[1:], weight[:-1])
