@@ -94,7 +94,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _keep(output: str, given: Evidence) -> tuple[str, Evidence]:
-    """Write a video's evidence beside the result, to be looked at, mended, or run again, and go on from it."""
+    """Write a video's evidence beside the result, to be looked at or run again, and go on from it."""
     path = Path(output).resolve()
     path = path.with_name(f"{path.name}.evidence.npz")
     path.parent.mkdir(parents=True, exist_ok=True)

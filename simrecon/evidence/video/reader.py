@@ -37,8 +37,9 @@ def read(content: Content, options: Options) -> Evidence:
     if len(times) < 2:
         raise content.fail("frames", "a single frame", "a video of two frames or more")
     seen = found.seen
+    size = f"{info.size_px[0]} x {info.size_px[1]} px{_turned(info)}"
     reading = [
-        f"{content.path.name}, {info.size_px[0]} x {info.size_px[1]} px{_turned(info)}, {len(times)} frames, {clock}",
+        f"{content.path.name}, {size}, {len(times)} frames, {clock}",
         f"lens: {lens}",
         f"BlazePose {model}{', from the cache' if cached else _speed(found)}: {_whom(found, choice)}",
         *_notes(found, info, seen, times),
