@@ -16,6 +16,7 @@ archive splits it differently by subject. Joint angles follow as q_b = rest_b⁻
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,10 +25,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simrecon import body as bodies
-from simrecon import rotations
+from simrecon import kinematics, plan, prior, rotations
 from simrecon.evidence.content import open_content
 from simrecon.evidence.mocap import bvh
-from simrecon.types import Array
+from simrecon.types import Array, Evidence, Scene
 
 RATE_HZ = 30.0
 AMC_HZ = 120.0
@@ -81,7 +82,8 @@ _ROW = {name: i for i, name in enumerate(bodies.template().names)}
 def read_cmu(folder: Path) -> list[Clip]:
     """All clips of the unpacked archive, `cmu_amc` and `cmu_bvh` in `folder`."""
     amc = [_amc(path) for path in sorted(folder.glob("cmu_amc/*/*.amc"))]
-    loose = {_name(path): _bvh_orientations(path) for path in sorted(folder.glob("cmu_bvh/*/*.bvh"))}
+    bones = {name: bone for name, (_, bone) in BONES.items()}
+    loose = {_name(path): _bvh_orientations(path, bones) for path in sorted(folder.glob("cmu_bvh/*/*.bvh"))}
     world, bind = _calibrate(dict(amc), loose)
     found = [(name, "amc", turned) for name, turned in amc]
     for name, turned in loose.items():
@@ -91,6 +93,57 @@ def read_cmu(folder: Path) -> list[Clip]:
         groups.setdefault((name[:2], source), []).append(turned)
     heads = {group: _head_offset(np.concatenate(parts)) for group, parts in groups.items()}
     return _centred([clip(name, source, _anatomical(w, heads[name[:2], source])) for name, source, w in found])
+
+
+def read_mass(folder: Path) -> list[Clip]:
+    """The BVH clips of MASS: their zero pose is our T-pose, but for axes; the chest carries the trunk's whole bend."""
+    bones = {"pelvis": "Hips", "spine": "Spine", "chest": "Spine1", "neck": "Neck", "head": "Head"}
+    parts = ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand")
+    for side in ("Left", "Right"):
+        bones |= {f"{side.lower()}_{ours}": side + part for (ours, _, _), part in zip(_LIMBS, parts, strict=True)}
+    clips = []
+    for path in sorted(folder.glob("*.bvh")):
+        found = _to_ours(_bvh_orientations(path, bones))
+        half = np.full(len(found), 0.5)
+        found[:, _ROW["spine"]] = rotations.slerp(found[:, _ROW["pelvis"]], found[:, _ROW["chest"]], half)
+        clips.append(clip(f"mass_{path.stem}", "bvh", _anatomical(found, np.array([1.0, 0, 0, 0]))))
+    return clips
+
+
+def read_keyframes(folder: Path) -> list[Clip]:
+    """CMU's acrobatics as points by frame (MuJoCo MPC), fitted as a 3D estimate is; wrists and head stay at rest.
+
+    The clip that the archive holds too is left out.
+    """
+    names = tuple(re.findall(r'<body name="mocap\[(\w+)\]" mocap', (folder / "task.xml").read_text()))
+    ours = {"hand": "wrist"}
+    points = tuple(
+        name if name in ("pelvis", "head")
+        else f"{ {'l': 'left', 'r': 'right'}[name[0]]}_{ours.get(name[1:], name[1:])}"
+        for name in names
+    )  # fmt: skip
+    settings = replace(
+        plan.read("default").kinematics,
+        contact=0.0, penetration=0.0, balance=0.0, still=0.0, joint_scale_m=0.03, evaluations=400,
+    )  # fmt: skip
+    clips = []
+    unseen = [_ROW[name] - 1 for name in ("head", "left_wrist", "right_wrist")]
+    for path in sorted(folder.glob("CMU-*.xml")):
+        subject, number = path.stem.split("-")[-1].split("_")[:2]
+        if f"{int(subject):02d}_{int(number):02d}" == "02_04":
+            continue
+        rows = re.findall(r'mpos="([^"]+)"', path.read_text())
+        joints = np.array([row.split() for row in rows], float).reshape(len(rows), -1, 3)
+        evidence = Evidence(
+            times_s=np.arange(len(joints)) / RATE_HZ,
+            keypoint_names=(), keypoints_px=np.empty((len(joints), 0, 2)), scores=np.empty((len(joints), 0)),
+            joint_names=points, joints_m=joints, joints_frame="world",
+        )  # fmt: skip
+        qpos = kinematics.fit(evidence, Scene(), settings).qpos
+        found = qpos[:, 7:].reshape(len(qpos), 16, 4).copy()
+        found[:, unseen] = rotations.exp(prior.gaussian(bodies.template()).mean_rad[unseen])
+        clips.append(Clip(f"{int(subject):02d}_{int(number):02d}", "points", found, np.empty((len(qpos), 17, 4))))
+    return clips
 
 
 def _standing(world: Array) -> NDArray[np.bool_]:
@@ -240,7 +293,13 @@ def _zero_pose(ours: str, asf: str, bones: dict[str, _Bone]) -> Rotation:
     return Rotation.identity()
 
 
-def _bvh_orientations(path: Path) -> Array:
+def _to_ours(world: Array) -> Array:
+    """Orientations from axes x left, y up, z forward to ours, bones included."""
+    turn = rotations.from_matrix(_TO_OURS)
+    return rotations.multiply(rotations.multiply(turn, world), rotations.conjugate(turn))
+
+
+def _bvh_orientations(path: Path, bones: dict[str, str]) -> Array:
     """World orientations (T, 17, 4) of the character's bones at 30 Hz, in the file's axes."""
     joints, interval_s, values = bvh.parse(open_content(path))
     step = round(1 / (RATE_HZ * interval_s))
@@ -254,8 +313,8 @@ def _bvh_orientations(path: Path) -> Array:
         column += len(joint.channels)
         # intrinsic rotations: the first channel is the outermost
         world.append(before * Rotation.from_euler("".join(axes), values[:, own], degrees=True) if axes else before)
-    index = {joint.name.removeprefix("CC_Base_"): i for i, joint in enumerate(joints)}
-    found = [world[index[BONES[name][1]]].as_quat(scalar_first=True) for name in bodies.template().names]
+    index = {re.sub(r"^(CC_Base|Character\d)_", "", joint.name): i for i, joint in enumerate(joints)}
+    found = [world[index[bones[name]]].as_quat(scalar_first=True) for name in bodies.template().names]
     return rotations.canonical(np.stack(found, axis=1))
 
 

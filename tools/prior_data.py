@@ -24,6 +24,8 @@ FAR_RAD = 0.6
 """A frame that leaves a joint's range by more is a fault of the recording or of its conversion."""
 ACTIVITIES = {
     "02": ("walk", "walk", "run", "jump", "strike", "bend", "sword", "sword", "sword", "wash"),
+    "mass": {"backflip": "acrobatics", "dance": "dance", "kick": "strike", "run": "run", "walk": "walk"},
+    "87": "acrobatics", "88": "acrobatics", "108": "acrobatics", "137": "acrobatics",
     "03": "terrain", "01": "climb", "05": "dance", "06": "basketball", "07": "walk",
 }  # fmt: skip
 ALSO_WALK = {"05_01", "06_01"}
@@ -40,32 +42,36 @@ class Poses:
     weights: Array
 
 
-def load(archive: Path, deepmimic: Path) -> dict[str, Poses]:
+def load(mocap: Path, cmu: Path) -> dict[str, Poses]:
     """`train`, `validation`, `test` and `acrobatics`.
 
     Args:
-        archive: folder with the unpacked CMU archive.
-        deepmimic: folder of DeepMimic's clips.
+        mocap: folder of `deepmimic`, `mass_bvh` and `mjpc_keyframes`.
+        cmu: folder with the unpacked CMU archive.
     """
     parts: dict[str, list[tuple[Array, str, str]]] = {"train": [], "validation": [], "test": [], "acrobatics": []}
-    found = mocap_poses.read_cmu(archive)
+    found = mocap_poses.read_cmu(cmu)
     names = sorted({clip.name for clip in found})
     for clip in found:
-        rotvecs = distinct(rotations.log(clip.joints))
-        parts[_part(clip.name, names)].append((rotvecs, clip.name, activity(clip.name)))
+        part = _part(clip.name, names)
+        parts[part].append((distinct(rotations.log(clip.joints)), clip.name, activity(clip.name)))
+    for clip in mocap_poses.read_mass(mocap / "mass_bvh") + mocap_poses.read_keyframes(mocap / "mjpc_keyframes"):
+        parts["train"].append((distinct(rotations.log(clip.joints)), clip.name, activity(clip.name)))
     for name in ACROBATICS:
-        qpos = references.read(deepmimic, name).qpos
+        qpos = references.read(mocap / "deepmimic", name).qpos
         rotvecs = distinct(rotations.log(qpos[:, 7:].reshape(len(qpos), 16, 4)))
         parts["acrobatics"].append((rotvecs, name, "acrobatics"))
     return {part: _joined(clips) for part, clips in parts.items()}
 
 
 def activity(name: str) -> str:
-    """What is done in a recording of the CMU archive."""
+    """What is done in a recording."""
     subject, clip = name.split("_")
     known = ACTIVITIES[subject]
     if name in ALSO_WALK:
         return "walk"
+    if isinstance(known, dict):
+        return known[clip]
     return known if isinstance(known, str) else known[int(clip) - 1]
 
 
@@ -124,3 +130,10 @@ def symmetric_basis() -> tuple[Array, Array]:
             stay.append((e[i] + mirror[i, j] * e[j]) / np.sqrt(2))
             change.append((e[i] - mirror[i, j] * e[j]) / np.sqrt(2))
     return np.array(stay), np.array(change)
+
+
+def balanced(poses: Poses, count: int, rng: np.random.Generator) -> Array:
+    """Random rows (count,) in which every recording counts the same."""
+    _, index, size = np.unique(poses.clips, return_inverse=True, return_counts=True)
+    share = 1 / size[index]
+    return rng.choice(len(poses.rotvecs), count, p=share / share.sum())

@@ -8,14 +8,12 @@ from __future__ import annotations
 from typing import Protocol
 
 from simrecon.errors import InputError
+from simrecon.plan import PRIORS
 from simrecon.prior.flow import Flow, flow
 from simrecon.prior.gaussian import Gaussian, gaussian
 from simrecon.types import Array, Skeleton
 
-__all__ = ["MODELS", "Flow", "Gaussian", "Prior", "flow", "gaussian", "make"]
-
-MODELS = ("gaussian", "flow")
-
+__all__ = ["Flow", "Gaussian", "Prior", "flow", "gaussian", "make"]
 
 class Prior(Protocol):
     """Maps poses to latent codes whose length says how unusual they are."""
@@ -28,7 +26,7 @@ class Prior(Protocol):
 
 
 def make(model: str, skeleton: Skeleton) -> Prior:
-    """The prior of a name in `MODELS`, for poses of a skeleton.
+    """The prior of a name in `plan.PRIORS`, for poses of a skeleton.
 
     Raises:
         InputError: no such name.
@@ -37,4 +35,4 @@ def make(model: str, skeleton: Skeleton) -> Prior:
         return gaussian(skeleton)
     if model == "flow":
         return flow()
-    raise InputError(f"prior: found {model!r}; valid: {', '.join(MODELS)}")
+    raise InputError(f"prior: found {model!r}; valid: {', '.join(PRIORS)}")
