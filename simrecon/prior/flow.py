@@ -18,7 +18,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon import resources, rotations
+from simrecon import resources
 from simrecon.errors import SimreconError
 from simrecon.types import Array
 
@@ -78,7 +78,12 @@ class Flow:
 
     def latent(self, joints: Array) -> Array:
         """Latent codes (..., 48) of joint quaternions (..., 16, 4), eq. 4; in single precision, which is fast."""
-        return self.code(rotations.log(joints).astype(np.float32))
+        q = joints.astype(np.float32)
+        sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))  # of half the angle
+        half = np.arctan2(sine, np.abs(q[..., 0]))
+        scale = np.copysign(2 * half, q[..., 0]) / np.maximum(sine, np.float32(1e-12))
+        rotvecs = np.where(sine > 1e-6, scale, np.float32(2))[..., None] * q[..., 1:]
+        return self.code(rotvecs)
 
     def code(self, rotvecs: NDArray[np.floating]) -> Array:
         """Latent codes (..., 48) of rotation vectors (..., 16, 3), in their precision."""
@@ -155,12 +160,18 @@ class Flow:
 
     def _network(self, layer: Layer, given: Weights) -> tuple[Weights, Weights, Weights, Weights]:
         """Raw log scales (N, 24), shifts (N, 24) and pre-activations (N, H) twice from one half (N, 24)."""
-        stay = given[:, :SYMMETRIC] @ layer.stay.T + layer.bias
-        turn = given[:, SYMMETRIC:] @ layer.turn.T
+        stay = given[:, :SYMMETRIC] @ layer.stay.T  # (N, H)
+        stay += layer.bias
+        turn = given[:, SYMMETRIC:] @ layer.turn.T  # (N, H)
         plus, minus = stay + turn, stay - turn
-        above, below = plus / (1 + np.abs(plus)), minus / (1 + np.abs(minus))
+        above, below = np.abs(plus, out=stay), np.abs(minus, out=turn)
+        above += 1
+        below += 1
+        np.divide(plus, above, out=above)
+        np.divide(minus, below, out=below)
         even = (above + below) @ layer.even.T + layer.even_bias  # (N, 35)
-        odd = (above - below) @ layer.odd.T  # (N, 13)
+        above -= below
+        odd = above @ layer.odd.T  # (N, 13)
         return even[:, :HALF], np.concatenate((even[:, HALF:], odd), axis=1), plus, minus
 
     def _log_scale(self, raw: Weights) -> Weights:
