@@ -3,7 +3,8 @@
 The loss is the negative log likelihood of poses with noise, plus a term that ranks: poses with one joint turned at random,
 or a knee or an elbow bent the wrong way, shall have longer latent codes than poses as they were recorded (outlier
 exposure, Hendrycks et al. 2019). For the norm is what eq. 4 uses, and likelihood alone doesn't see to it: codes of
-poses far from the data may be short. Poses of the lower and the upper body are exchanged in a share of samples.
+poses far from the data may be short. Short codes, which no recorded pose may have, are kept to poses within the
+joints' ranges, so that to shorten a code never leads out of them. Poses of the lower and the upper body are exchanged in a share of samples.
 
 usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 8 minutes on one core)
 
@@ -53,12 +54,13 @@ class Settings:
     rate: float = 3e-3
     noise_rad: float = 0.08
     exchange: float = 0.3
-    ranking: float = 500.0
+    ranking: float = 400.0
     softness: float = 0.3
-    likelihood: float = 0.3
+    likelihood: float = 0.6
     spread: float = 10.0
+    limits: float = 10.0
     check_every: int = 100
-    patience: int = 8
+    patience: int = 10
 
 
 def main() -> None:
@@ -118,6 +120,10 @@ class Trainer:
         for block in (slice(0, len(stay)), slice(len(stay), 48)):
             whiten[block, block] = np.linalg.inv(np.linalg.cholesky(covariance[block, block]))
         self.encode = whiten @ np.concatenate((stay, change))  # (48, 48)
+        limits = bodies.template().limits_rad.reshape(48, 2)
+        self.decode = torch.as_tensor(np.linalg.inv(self.encode), dtype=torch.float32)
+        self.middle = torch.as_tensor(self.mean - limits.mean(axis=1), dtype=torch.float32)
+        self.reach = torch.as_tensor((limits[:, 1] - limits[:, 0]) / 2, dtype=torch.float32)
         self.net = Flow(self.sizes, settings.layers, settings.hidden, settings.seed)
         names = bodies.template().names[1:]
         self.lower = [i for i, name in enumerate(names) if name.endswith(("_hip", "_knee", "_ankle"))]
@@ -134,6 +140,7 @@ class Trainer:
         best, state = np.inf, self.net.state_dict()
         for step in range(1, s.steps + 1):
             loss, _, _ = self._loss(self._inputs(self._batch(), self.rng))
+            loss = loss + s.limits * self._beyond()
             optimiser.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -188,6 +195,14 @@ class Trainer:
         even = torch.log(usual).var()
         wrong = (above > 0).float().mean()
         return s.likelihood * nll + s.ranking * ranked + s.spread * even, nll, wrong
+
+    def _beyond(self) -> Tensor:
+        """How far poses of codes with lengths from nothing to usual leave the joints' ranges: mean square, rad²."""
+        s = self.settings
+        z = self.rng.standard_normal((s.batch // 2, 48)) * self.rng.random((s.batch // 2, 1))
+        x = self.net.distribution().transform.inv(torch.as_tensor(z, dtype=torch.float32))
+        poses = x @ self.decode.T + self.middle
+        return torch.relu(torch.abs(poses) - self.reach).square().sum(dim=-1).mean()
 
     def arrays(self) -> dict[str, np.ndarray]:
         """As `simrecon.prior.flow` reads them: coordinates in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
