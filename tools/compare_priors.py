@@ -1,4 +1,4 @@
-"""Gaussian, mixture and flow side by side (docs/decisions/0011-pose-prior.md), the flow's timing, and samples of it.
+"""Gaussian, mixture and flow side by side (docs/decisions/0008-pose-prior.md), the flow's timing, and samples of it.
 
 usage: python tools/compare_priors.py MOCAP [--picture FILE.png]      (needs scikit-learn, of the extra [train])
 

@@ -49,8 +49,8 @@ class Settings:
     seed: int = 0
     layers: int = 5
     hidden: int = 96
-    steps: int = 2000
-    batch: int = 384
+    steps: int = 1000
+    batch: int = 320
     rate: float = 3e-3
     noise_rad: float = 0.08
     exchange: float = 0.3
@@ -59,8 +59,8 @@ class Settings:
     likelihood: float = 0.6
     spread: float = 10.0
     limits: float = 10.0
-    check_every: int = 100
-    patience: int = 10
+    check_every: int = 50
+    patience: int = 12
 
 
 def main() -> None:

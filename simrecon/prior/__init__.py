@@ -1,6 +1,6 @@
 """Pose priors: how unusual a pose is, as the length of a latent code z(q) (Gärtner 2022 eq. 4).
 
-`gaussian` needs no training data; `flow` is learned from motion capture (`docs/decisions/0011-pose-prior.md`).
+`gaussian` needs no training data; `flow` is learned from motion capture (`docs/decisions/0008-pose-prior.md`).
 """
 
 from __future__ import annotations
