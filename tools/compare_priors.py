@@ -1,6 +1,7 @@
-"""Gaussian, mixture and flow side by side (docs/decisions/0008-pose-prior.md), the flow's timing, and samples of it.
+"""Gaussian, mixture and flow side by side, the flow's timing, and samples of it.
 
-usage: python tools/compare_priors.py MOCAP [--picture FILE.png]      (needs scikit-learn, of the extra [train])
+usage: python tools/compare_priors.py MOCAP [--picture FILE.png]      (needs scikit-learn, of the extra
+[train])
 
 A mixture's latent code is that of its nearest component, with the component's weight and volume counted in:
 ‖z‖² = −2 log p(v) up to a constant that makes the least value in the training poses zero.
@@ -76,7 +77,7 @@ def timing() -> None:
         begin = time.process_time()
         learned.latent(q)
         spent.append(time.process_time() - begin)
-    print(f"64 x 30 poses: {1e3 * min(spent):.2f} ms at best, {1e3 * np.median(spent):.2f} ms in the median, of one core")
+    print(f"64 x 30 poses: {1e3 * min(spent):.2f} ms at best, {1e3 * np.median(spent):.2f} ms at the median")
 
 
 def samples(path: Path, count: int = 12) -> None:
@@ -90,7 +91,7 @@ def samples(path: Path, count: int = 12) -> None:
     qpos[:, 2] = 0.03 - lowest
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, Scene(), 0.01))
     reach = np.array([0.75, 0.75, 0.0])
-    camera = three_quarter(-reach, reach + [0.0, 0.0, 1.75], 0.0)
+    camera = three_quarter(-reach, reach + np.array([0.0, 0.0, 1.75]), 0.0)
     clip = Clip(model=model, times_s=np.zeros(count), qpos=qpos, camera=camera, ground_m=np.zeros((1, 2)))
     width, height = camera.image_size_px
     view = View(np.zeros(2), np.full(2, 0.45), (round(0.45 * width), round(0.45 * height)))

@@ -2,9 +2,10 @@
 
 usage: python tools/fill_gaps.py DATA [--clips walk kick …] [--try none gaussian:0.002 flow:0.01 …]
 
-DATA holds evidence/ and truth/ (synthetic clips). Hips are seen; knees, ankles, heels and toes are not, in the image and
-in the 3D estimate, in the second half of every second. Printed: mean distance in mm of the hidden joints from the truth,
-both relative to the pelvis, over the hidden frames, and over the frames that are not hidden.
+DATA holds evidence/ and truth/ (synthetic clips). Hips are seen; knees, ankles, heels and toes are not, in
+the image and in the 3D estimate, in the second half of every second. Printed: mean distance in mm of the
+hidden joints from the truth, both relative to the pelvis, over the hidden frames, and over the frames that
+are not hidden.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Gap filling with pose priors.")
     parser.add_argument("data", type=Path)
     parser.add_argument("--clips", nargs="+", default=CLIPS)
-    parser.add_argument("--try", dest="priors", nargs="+", default=["none", "gaussian:0.002", "flow:0.002", "flow:0.01"])
+    parser.add_argument(
+        "--try", dest="priors", nargs="+", default=["none", "gaussian:0.002", "flow:0.002", "flow:0.01"]
+    )
     parser.add_argument("--evaluations", type=int, default=800)
     options = parser.parse_args()
     base = replace(plan.read("default").kinematics, evaluations=options.evaluations)
@@ -38,7 +41,9 @@ def main() -> None:
         gap = np.arange(len(whole.times_s)) * (whole.times_s[1] - whole.times_s[0]) % 1.0 >= 0.5
         for entry in options.priors:
             model, _, weight = entry.partition(":")
-            settings = replace(base, prior=float(weight or 0), prior_model="gaussian" if model == "none" else model)
+            settings = replace(
+                base, prior=float(weight or 0), prior_model="gaussian" if model == "none" else model
+            )
             errors = distances(hidden(whole, gap), options.data / "truth" / f"synth_{name}.npz", settings)
             found = 1e3 * float(errors[gap].mean()), 1e3 * float(errors[~gap].mean())
             total.setdefault(entry, []).append(found)
@@ -46,7 +51,9 @@ def main() -> None:
     none = np.mean([inside for inside, _ in total[options.priors[0]]])
     for entry, found in total.items():
         mean = np.mean(found, axis=0)
-        print(f"all            {entry:16} {mean[0]:6.1f} in gaps, {mean[1]:6.1f} outside, {mean[0] / none:.3f} of the first")
+        print(
+            f"all            {entry:16} {mean[0]:6.1f} in gaps, {mean[1]:6.1f} outside, x {mean[0] / none:.3f}"
+        )
 
 
 def hidden(whole: Evidence, gap: NDArray[np.bool_]) -> Evidence:
@@ -62,12 +69,22 @@ def hidden(whole: Evidence, gap: NDArray[np.bool_]) -> Evidence:
 def distances(seen: Evidence, truth: Path, settings: plan.Kinematics) -> Array:
     """Distances (T, H) of the hidden joints from the truth relative to the middle of the hips, m."""
     fit = kinematics.fit(seen, Scene(), settings)
-    points = dict(zip(fit.body.skeleton.point_names, np.swapaxes(kinematics.configurations(fit.body, fit.qpos)[1], 0, 1), strict=True))
+    points = dict(
+        zip(
+            fit.body.skeleton.point_names,
+            np.swapaxes(kinematics.configurations(fit.body, fit.qpos)[1], 0, 1),
+            strict=True,
+        )
+    )
     with np.load(truth, allow_pickle=False) as data:
-        there = dict(zip([str(name) for name in data["joint_names"]], np.swapaxes(data["joints_m"], 0, 1), strict=True))
+        there = dict(
+            zip([str(name) for name in data["joint_names"]], np.swapaxes(data["joints_m"], 0, 1), strict=True)
+        )
     parts = [f"{side}_{joint}" for side in ("left", "right") for joint in ("knee", "ankle")]
     middle = [(at["left_hip"] + at["right_hip"]) / 2 for at in (points, there)]
-    return np.stack([np.linalg.norm(points[p] - middle[0] - there[p] + middle[1], axis=-1) for p in parts], axis=1)
+    return np.stack(
+        [np.linalg.norm(points[p] - middle[0] - there[p] + middle[1], axis=-1) for p in parts], axis=1
+    )
 
 
 if __name__ == "__main__":

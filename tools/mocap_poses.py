@@ -1,17 +1,18 @@
 """Joint rotations on our skeleton from the CMU archive (ASF/AMC and BVH) and DeepMimic's clips.
 
-Every source gives world orientations S_b of its own bones. Ours are R_b = M S_b A_b Mᵀ with M from the file's axes to
-ours and A_b the orientation of the bone in our T-pose:
+Every source gives world orientations S_b of its own bones. Ours are R_b = M S_b A_b Mᵀ with M from the
+file's axes to ours and A_b the orientation of the bone in our T-pose:
 
-- ASF/AMC: the zero pose is a T-pose with legs 20° apart, and elbows whose hinges are 30° off the vertical; A_b undoes
-  both, as read from the axes in the file.
-- BVH of the CMU archive: retargeted to a character whose bones have axes of their own; A_b is the mean over the clips
-  that the archive holds in both formats.
+- ASF/AMC: the zero pose is a T-pose with legs 20° apart, and elbows whose hinges are 30° off the vertical;
+  A_b undoes both, as read from the axes in the file.
+- BVH of the CMU archive: retargeted to a character whose bones have axes of their own; A_b is the mean over
+  the clips that the archive holds in both formats.
 
-Pronation turns our elbow, so the hand's twist about the forearm goes there. The markers of a head sit where they were
-stuck, so each subject's head is turned by the constant that makes it upright while the person stands, and wrists and
-ankles by those that give all subjects the same mean; neck and head share what is between chest and head, for the
-archive splits it differently by subject. Joint angles follow as q_b = rest_b⁻¹ R_parent⁻¹ R_b.
+Pronation turns our elbow, so the hand's twist about the forearm goes there. The markers of a head sit where
+they were stuck, so each subject's head is turned by the constant that makes it upright while the person
+stands, and wrists and ankles by those that give all subjects the same mean; neck and head share what is
+between chest and head, for the archive splits it differently by subject. Joint angles follow as q_b =
+rest_b⁻¹ R_parent⁻¹ R_b.
 """
 
 from __future__ import annotations
@@ -35,9 +36,10 @@ AMC_HZ = 120.0
 _TO_OURS = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 """ASF has x left, y up, z forward; we have x forward, y left, z up."""
 
-# Our segment, the ASF bone whose orientation it has, the BVH joint. A spine of two joints: see `_amc_orientations`.
+# Our segment, the ASF bone whose orientation it has, the BVH joint.
 _LIMBS = (("hip", "femur", "Thigh"), ("knee", "tibia", "Calf"), ("ankle", "foot", "Foot"),
-          ("shoulder", "humerus", "Upperarm"), ("elbow", "radius", "Forearm"), ("wrist", "hand", "Hand"))  # fmt: skip
+          ("shoulder", "humerus", "Upperarm"), ("elbow", "radius", "Forearm"),
+          ("wrist", "hand", "Hand"))  # fmt: skip
 BONES = {"pelvis": ("root", "Pelvis"), "spine": ("lowerback", "Waist"), "chest": ("thorax", "Spine02"),
          "neck": ("lowerneck", "NeckTwist01"), "head": ("head", "Head")} | {
     f"{side}_{ours}": (f"{side[0]}{asf}", f"{side[0].upper()}_{cc}")
@@ -92,15 +94,19 @@ def read_cmu(folder: Path) -> list[Clip]:
     for name, source, turned in found:
         groups.setdefault((name[:2], source), []).append(turned)
     heads = {group: _head_offset(np.concatenate(parts)) for group, parts in groups.items()}
-    return _centred([clip(name, source, _anatomical(w, heads[name[:2], source])) for name, source, w in found])
+    return _centred(
+        [clip(name, source, _anatomical(w, heads[name[:2], source])) for name, source, w in found]
+    )
 
 
 def read_mass(folder: Path) -> list[Clip]:
-    """The BVH clips of MASS: their zero pose is our T-pose, but for axes; the chest carries the trunk's whole bend."""
+    """The BVH clips of MASS: their zero pose is our T-pose, but for axes; only the chest bends."""
     bones = {"pelvis": "Hips", "spine": "Spine", "chest": "Spine1", "neck": "Neck", "head": "Head"}
     parts = ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand")
     for side in ("Left", "Right"):
-        bones |= {f"{side.lower()}_{ours}": side + part for (ours, _, _), part in zip(_LIMBS, parts, strict=True)}
+        bones |= {
+            f"{side.lower()}_{ours}": side + part for (ours, _, _), part in zip(_LIMBS, parts, strict=True)
+        }
     clips = []
     for path in sorted(folder.glob("*.bvh")):
         found = _to_ours(_bvh_orientations(path, bones))
@@ -111,7 +117,7 @@ def read_mass(folder: Path) -> list[Clip]:
 
 
 def read_keyframes(folder: Path) -> list[Clip]:
-    """CMU's acrobatics as points by frame (MuJoCo MPC), fitted as a 3D estimate is; wrists and head stay at rest.
+    """CMU's acrobatics as points by frame (MuJoCo MPC), fitted like a 3D estimate; wrists and head rest.
 
     The clip that the archive holds too is left out.
     """
@@ -142,7 +148,9 @@ def read_keyframes(folder: Path) -> list[Clip]:
         qpos = kinematics.fit(evidence, Scene(), settings).qpos
         found = qpos[:, 7:].reshape(len(qpos), 16, 4).copy()
         found[:, unseen] = rotations.exp(prior.gaussian(bodies.template()).mean_rad[unseen])
-        clips.append(Clip(f"{int(subject):02d}_{int(number):02d}", "points", found, np.empty((len(qpos), 17, 4))))
+        clips.append(
+            Clip(f"{int(subject):02d}_{int(number):02d}", "points", found, np.empty((len(qpos), 17, 4)))
+        )
     return clips
 
 
@@ -162,7 +170,7 @@ def _head_offset(world: Array) -> Array:
 
 
 def _centred(clips: list[Clip]) -> list[Clip]:
-    """Wrists and ankles turned, by subject and format, so that their mean while standing is that of all subjects.
+    """Wrists and ankles turned, by subject and format, to the mean of all subjects while standing.
 
     Their markers sit where they were stuck; medians of wrists differ by up to 70° between subjects.
     """
@@ -312,7 +320,9 @@ def _bvh_orientations(path: Path, bones: dict[str, str]) -> Array:
         own = [column + i for i, name in enumerate(joint.channels) if name.endswith("rotation")]
         column += len(joint.channels)
         # intrinsic rotations: the first channel is the outermost
-        world.append(before * Rotation.from_euler("".join(axes), values[:, own], degrees=True) if axes else before)
+        world.append(
+            before * Rotation.from_euler("".join(axes), values[:, own], degrees=True) if axes else before
+        )
     index = {re.sub(r"^(CC_Base|Character\d)_", "", joint.name): i for i, joint in enumerate(joints)}
     found = [world[index[bones[name]]].as_quat(scalar_first=True) for name in bodies.template().names]
     return rotations.canonical(np.stack(found, axis=1))
@@ -328,7 +338,9 @@ def _calibrate(known: dict[str, Array], loose: dict[str, Array]) -> tuple[Array,
     for _ in range(50):
         moved = rotations.multiply(world, source)
         bind = _mean(rotations.multiply(rotations.conjugate(moved), target), (0,))
-        world = _mean(rotations.multiply(target, rotations.conjugate(rotations.multiply(source, bind))), (0, 1))
+        world = _mean(
+            rotations.multiply(target, rotations.conjugate(rotations.multiply(source, bind))), (0, 1)
+        )
     return world, bind
 
 

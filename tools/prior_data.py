@@ -1,7 +1,7 @@
 """What the pose prior is trained and tested on: clips, activities, splits, mirror images.
 
-Held out are subject 03, every fifth recording of each other subject (a recording's two formats stay together), and all
-clips of DeepMimic: the synthetic benchmarks are made from those.
+Held out are subject 03, every fifth recording of each other subject (a recording's two formats stay
+together), and all clips of DeepMimic: the synthetic benchmarks are made from those.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ACROBATICS = ("roll", "getup_faceup", "backflip")
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Rotation vectors (N, 16, 3) about the joints' rest, clip and activity of each, share (N,) in training."""
+    """Rotation vectors (N, 16, 3) about the joints' rest, clip and activity, share in training."""
 
     rotvecs: Array
     clips: Array
@@ -49,13 +49,20 @@ def load(mocap: Path, cmu: Path) -> dict[str, Poses]:
         mocap: folder of `deepmimic`, `mass_bvh` and `mjpc_keyframes`.
         cmu: folder with the unpacked CMU archive.
     """
-    parts: dict[str, list[tuple[Array, str, str]]] = {"train": [], "validation": [], "test": [], "acrobatics": []}
+    parts: dict[str, list[tuple[Array, str, str]]] = {
+        "train": [],
+        "validation": [],
+        "test": [],
+        "acrobatics": [],
+    }
     found = mocap_poses.read_cmu(cmu)
     names = sorted({clip.name for clip in found})
     for clip in found:
         part = _part(clip.name, names)
         parts[part].append((distinct(rotations.log(clip.joints)), clip.name, activity(clip.name)))
-    for clip in mocap_poses.read_mass(mocap / "mass_bvh") + mocap_poses.read_keyframes(mocap / "mjpc_keyframes"):
+    for clip in mocap_poses.read_mass(mocap / "mass_bvh") + mocap_poses.read_keyframes(
+        mocap / "mjpc_keyframes"
+    ):
         parts["train"].append((distinct(rotations.log(clip.joints)), clip.name, activity(clip.name)))
     for name in ACROBATICS:
         qpos = references.read(mocap / "deepmimic", name).qpos
@@ -100,7 +107,7 @@ def _joined(clips: list[tuple[Array, str, str]]) -> Poses:
     rotvecs = np.concatenate([clip[0] for clip in clips])
     name = np.repeat([clip[1] for clip in clips], [len(clip[0]) for clip in clips])
     activities = np.repeat([clip[2] for clip in clips], [len(clip[0]) for clip in clips])
-    kinds, index, count = np.unique(activities, return_inverse=True, return_counts=True)
+    _, index, count = np.unique(activities, return_inverse=True, return_counts=True)
     weights = 1 / np.sqrt(count[index])
     return Poses(rotvecs, name, activities, weights / weights.sum())
 
@@ -109,7 +116,9 @@ def mirrored(rotvecs: Array) -> Array:
     """Left and right exchanged, (..., 16, 3)."""
     names = bodies.template().names[1:]
     swap = {"left": "right", "right": "left"}
-    other = [names.index("_".join([swap.get(n.split("_")[0], n.split("_")[0]), *n.split("_")[1:]])) for n in names]
+    other = [
+        names.index("_".join([swap.get(n.split("_")[0], n.split("_")[0]), *n.split("_")[1:]])) for n in names
+    ]
     return rotvecs[..., other, :] * np.array([-1.0, 1.0, -1.0])
 
 

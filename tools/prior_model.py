@@ -1,8 +1,8 @@
 """The flow of the pose prior in torch: zuko's transforms with conditioners that respect the mirror.
 
-Coordinates u = (s, a): s (S,) stays and a (A,) changes its sign when left and right are exchanged. A coupling layer
-moves one half (s₂, a₂) given the other (s₁, a₁). With h± = σ(W_s s₁ ± W_a a₁ + b), e = h₊ + h₋ is even and o = h₊ − h₋
-odd in the mirror, and so are
+Coordinates u = (s, a): s (S,) stays and a (A,) changes its sign when left and right are exchanged. A
+coupling layer moves one half (s₂, a₂) given the other (s₁, a₁). With h± = σ(W_s s₁ ± W_a a₁ + b), e = h₊ +
+h₋ is even and o = h₊ − h₋ odd in the mirror, and so are
 
     s₂' = exp(α(e)) s₂ + β(e),    a₂' = exp(γ(e)) a₂ + δ(o)
 
@@ -100,6 +100,6 @@ class Orthogonal(torch.distributions.Transform):
     def _inverse(self, y: Tensor) -> Tensor:
         return y @ self.rotation
 
-    def log_abs_det_jacobian(self, x: Tensor, y: Tensor) -> Tensor:
+    def log_abs_det_jacobian(self, x: Tensor, y: Tensor) -> Tensor:  # noqa: ARG002
         """Zero."""
         return x.new_zeros(x.shape[:-1])

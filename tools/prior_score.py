@@ -1,4 +1,4 @@
-"""How well a pose prior tells recorded poses from spoilt ones: areas under the ROC curve, and norms by activity."""
+"""How well a pose prior tells recorded poses from spoilt ones: ROC curves, and norms by activity."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from simrecon.types import Array, IntArray
 COUNT, TURN_RAD, WRONG_RAD = 5000, np.radians(30), np.radians(20)
 # The axis about which a hinge that is past straight has turned, from the T-pose; the bone's own axis.
 _HINGES = {
-    "left_knee": ((0, -1, 0), 2), "right_knee": ((0, -1, 0), 2), "left_elbow": ((0, 0, 1), 1), "right_elbow": ((0, 0, -1), 1),
+    "left_knee": ((0, -1, 0), 2), "right_knee": ((0, -1, 0), 2),
+    "left_elbow": ((0, 0, 1), 1), "right_elbow": ((0, 0, -1), 1),
 }  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def turned(rotvecs: Array, rng: np.random.Generator, angle_rad: float) -> tuple[
 
 
 def wrong_way(rotvecs: Array, rng: np.random.Generator, angle_rad: float) -> tuple[Array, IntArray]:
-    """Poses (N, 16, 3) with a knee or an elbow bent past straight; the bone's twist is kept. And which joint."""
+    """Poses (N, 16, 3) with a knee or an elbow bent past straight, its twist kept, and which."""
     skeleton = bodies.template()
     names, count, rows = skeleton.names[1:], len(rotvecs), np.arange(len(rotvecs))
     pick = rng.integers(0, len(_HINGES), count)
@@ -67,7 +68,10 @@ def report(norm: Callable[[Array], Array], data: dict[str, Poses]) -> dict[str, 
     names = bodies.template().names[1:]
     walk = float(np.median(norm(test.rotvecs[test.activities == "walk"])))
     hard = data["acrobatics"]
-    ratios = {name: float(np.median(norm(hard.rotvecs[hard.clips == name]))) / walk for name in np.unique(hard.clips)}
+    ratios = {
+        name: float(np.median(norm(hard.rotvecs[hard.clips == name]))) / walk
+        for name in np.unique(hard.clips)
+    }
     by_activity = {
         str(kind): round(float(np.median(norm(test.rotvecs[test.activities == kind]))), 2)
         for kind in np.unique(test.activities)

@@ -1,10 +1,11 @@
 """Train the normalizing flow of the pose prior (models/prior/flow.npz), the L_nf of Gärtner 2022 eq. 4.
 
-The loss is the negative log likelihood of poses with noise, plus a term that ranks: poses with one joint turned at random,
-or a knee or an elbow bent the wrong way, shall have longer latent codes than poses as they were recorded (outlier
-exposure, Hendrycks et al. 2019). For the norm is what eq. 4 uses, and likelihood alone doesn't see to it: codes of
-poses far from the data may be short. Short codes, which no recorded pose may have, are kept to poses within the
-joints' ranges, so that to shorten a code never leads out of them. Poses of the lower and the upper body are exchanged in a share of samples.
+The loss is the negative log likelihood of poses with noise, plus a term that ranks: poses with one joint
+turned at random, or a knee or an elbow bent the wrong way, shall have longer latent codes than poses as
+they were recorded (outlier exposure, Hendrycks et al. 2019). For the norm is what eq. 4 uses, and
+likelihood alone doesn't see to it: codes of poses far from the data may be short. Short codes, which no
+recorded pose may have, are kept to poses within the joints' ranges, so that to shorten a code never leads
+out of them. Poses of the lower and the upper body are exchanged in a share of samples.
 
 usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 8 minutes on one core)
 
@@ -49,14 +50,14 @@ class Settings:
     seed: int = 0
     layers: int = 5
     hidden: int = 96
-    steps: int = 1000
-    batch: int = 320
+    steps: int = 2000
+    batch: int = 384
     rate: float = 3e-3
     noise_rad: float = 0.08
     exchange: float = 0.3
-    ranking: float = 400.0
+    ranking: float = 500.0
     softness: float = 0.3
-    likelihood: float = 0.6
+    likelihood: float = 0.5
     spread: float = 10.0
     limits: float = 10.0
     check_every: int = 50
@@ -85,20 +86,24 @@ def main() -> None:
     arrays = trainer.arrays()
     made = from_arrays(arrays)
     held_out = likelihoods(made, data)
-    print(f"numpy against zuko: {trainer.difference(made, data['test'].rotvecs[:2000]):.1e} largest difference")
+    print(
+        f"numpy against zuko: {trainer.difference(made, data['test'].rotvecs[:2000]):.1e} largest difference"
+    )
     scores = report(lambda v: np.linalg.norm(made.code(v), axis=-1), data)
     print(json.dumps(scores, indent=1))
     arrays["provenance"] = np.array(json.dumps({
         "made_by": "tools/train_prior.py",
-        "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), as ASF/AMC, BVH and "
-                   "MuJoCo MPC keyframes (Apache-2.0); MASS (Apache-2.0). DeepMimic (MIT) was only tested on.",
+        "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), as ASF/AMC, BVH "
+                   "and MuJoCo MPC keyframes (Apache-2.0); MASS (Apache-2.0). DeepMimic (MIT): test only.",
         "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic",
         "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
         "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
         "log_likelihood": held_out, "scores": scores,
     }))  # fmt: skip
     write(options.output, arrays)
-    print(f"{options.output}: {options.output.stat().st_size} bytes, {time.perf_counter() - begin:.0f} s in all")
+    print(
+        f"{options.output}: {options.output.stat().st_size} bytes, {time.perf_counter() - begin:.0f} s in all"
+    )
 
 
 class Trainer:
@@ -133,7 +138,7 @@ class Trainer:
         self.kept_step = 0
 
     def run(self) -> None:
-        """Train until the ranking of the validation poses has not improved for `patience` checks; keep the best."""
+        """Train until the ranking of the validation poses stops to improve; keep the best."""
         s, begin = self.settings, time.perf_counter()
         optimiser = torch.optim.Adam(self.net.parameters(), lr=s.rate)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, s.steps)
@@ -153,7 +158,8 @@ class Trainer:
                     best, self.kept_step = wrong.item(), step
                     state = {name: tensor.clone() for name, tensor in self.net.state_dict().items()}
                 print(f"step {step}: loss {loss.item():.2f}; validation: nll {nll.item():.2f}, "
-                      f"{100 * wrong.item():.2f} % ranked wrongly, best at {self.kept_step}, {time.perf_counter() - begin:.0f} s", flush=True)  # fmt: skip
+                      f"{100 * wrong.item():.2f} % ranked wrongly, best at {self.kept_step}, "
+                      f"{time.perf_counter() - begin:.0f} s", flush=True)  # fmt: skip
                 if step - self.kept_step >= s.patience * s.check_every:
                     break
         self.net.load_state_dict(state)
@@ -185,7 +191,7 @@ class Trainer:
         return torch.as_tensor((rotvecs.reshape(-1, 48) - self.mean) @ self.encode.T, dtype=torch.float32)
 
     def _loss(self, inputs: tuple[Tensor, Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
-        """The whole loss, the negative log likelihood in it, and the share of pairs ranked the wrong way round."""
+        """The whole loss, the negative log likelihood in it, the share of pairs ranked wrongly."""
         s, density = self.settings, self.net.distribution()
         z, volume = density.transform.call_and_ladj(torch.cat(inputs))
         noisy, usual, spoilt = z.norm(dim=-1).chunk(3)
@@ -197,7 +203,7 @@ class Trainer:
         return s.likelihood * nll + s.ranking * ranked + s.spread * even, nll, wrong
 
     def _beyond(self) -> Tensor:
-        """How far poses of codes with lengths from nothing to usual leave the joints' ranges: mean square, rad²."""
+        """How far poses of codes of up to the usual length leave the joints' ranges: mean square, rad²."""
         s = self.settings
         z = self.rng.standard_normal((s.batch // 2, 48)) * self.rng.random((s.batch // 2, 1))
         x = self.net.distribution().transform.inv(torch.as_tensor(z, dtype=torch.float32))
@@ -205,9 +211,11 @@ class Trainer:
         return torch.relu(torch.abs(poses) - self.reach).square().sum(dim=-1).mean()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """As `simrecon.prior.flow` reads them: coordinates in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
+        """As `simrecon.prior.flow` reads them: in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
         order = self.order()
-        linear = [rotation.detach().numpy()[np.ix_(order, order)] for rotation in self.net.rotations()]
+        turned = self.net.double().rotations()
+        self.net.float()
+        linear = [rotation.detach().numpy()[np.ix_(order, order)] for rotation in turned]
         linear[0] = linear[0] @ self.encode[order]
         layers = self.net.conditioners
         stacks = {
@@ -215,7 +223,8 @@ class Trainer:
             "stay": [layer.stay.weight for layer in layers], "bias": [layer.stay.bias for layer in layers],
             "turn": [layer.turn.weight for layer in layers],
             # zuko's conditioner gives the scales of s₂ and a₂, then the shift of s₂
-            "even": [layer.even.weight for layer in layers], "even_bias": [layer.even.bias for layer in layers],
+            "even": [layer.even.weight for layer in layers],
+            "even_bias": [layer.even.bias for layer in layers],
             "odd": [layer.odd.weight for layer in layers],
         }  # fmt: skip
         as_numpy = {

@@ -199,7 +199,7 @@ class Task:
 
 
 def _subset(frames: int, problem: Problem) -> tuple[IntArray, float]:
-    """Of the F frames of the loss, those that the prior looks at, the last one included; frames for each of them."""
+    """Of the F frames of the loss, those that the prior looks at, and how many each stands for."""
     stride = max(1, round(1 / (problem.plan.loss.prior_rate_hz * problem.interval_s)))
     rows = np.arange(frames - 1, -1, -stride)[::-1]
     return rows, frames / len(rows)

@@ -39,7 +39,7 @@ class Observations:
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
         standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
         scale_sigma: how well the skeleton's scale is known (natural logarithm).
-        neutral, spread: (16, 3) of the joints' rotation vectors: where the search begins, and about how far it goes.
+        neutral, spread: (16, 3) of the joints' rotation vectors: where the search begins, its scale.
         prior: on poses.
     """
 

@@ -1,6 +1,6 @@
 """Pose priors: how unusual a pose is, as the length of a latent code z(q) (Gärtner 2022 eq. 4).
 
-`gaussian` needs no training data; `flow` is learned from motion capture (`docs/decisions/0008-pose-prior.md`).
+`gaussian` needs no training data; `flow` is learned from motion capture (docs/decisions/0008).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from simrecon.prior.gaussian import Gaussian, gaussian
 from simrecon.types import Array, Skeleton
 
 __all__ = ["Flow", "Gaussian", "Prior", "flow", "gaussian", "make"]
+
 
 class Prior(Protocol):
     """Maps poses to latent codes whose length says how unusual they are."""

@@ -4,10 +4,11 @@ Trained by `tools/train_prior.py`. With v the joints' 48 rotation vector compone
 
     x₀ = v − mean,    y = L_k x_{k−1},    x_k = (y₁, exp(α) y₂ + β),    z = x_K
 
-where y₁ and y₂ are halves of y, and (α, β) come from y₁ by a network with one hidden layer (Dinh et al. 2017, affine
-coupling). A half consists of coordinates s that stay when left and right are exchanged, and a that change their sign.
-With h± = σ(W_s s₁ ± W_a a₁ + b), the log scales α and the shift of s₂ are linear in h₊ + h₋, which stays in the mirror;
-the shift of a₂ is linear in h₊ − h₋, which changes its sign. So a pose and its mirror image have the same ‖z‖.
+where y₁ and y₂ are halves of y, and (α, β) come from y₁ by a network with one hidden layer (Dinh et al.
+2017, affine coupling). A half consists of coordinates s that stay when left and right are exchanged, and a
+that change their sign. With h± = σ(W_s s₁ ± W_a a₁ + b), the log scales α and the shift of s₂ are linear in
+h₊ + h₋, which stays in the mirror; the shift of a₂ is linear in h₊ − h₋, which changes its sign. So a pose
+and its mirror image have the same ‖z‖.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ SCHEMA = "simrecon.flow/1"
 SIZE, HALF, SYMMETRIC = 48, 24, 11
 """Coordinates; those of a half; those of a half that stay in the mirror, which come first."""
 _ROWS = 256
-"""Poses at a time: their hidden units stay in the cache, and results don't depend on the number of threads."""
+"""Poses at a time: their hidden units stay in the cache, and no result depends on threads."""
 
 Weights = NDArray[np.floating]
 
@@ -77,7 +78,7 @@ class Flow:
     bound: float
 
     def latent(self, joints: Array) -> Array:
-        """Latent codes (..., 48) of joint quaternions (..., 16, 4), eq. 4; in single precision, which is fast."""
+        """Latent codes (..., 48) of joint quaternions (..., 16, 4), eq. 4; single precision."""
         q = joints.astype(np.float32)
         sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))  # of half the angle
         half = np.arctan2(sine, np.abs(q[..., 0]))
@@ -98,15 +99,17 @@ class Flow:
         flat = rotvecs.reshape(-1, SIZE)
         trace: list[_Trace] = []
         z, _ = self._run(flat, trace)
-        gradient = self._back(trace, 2 * z, np.zeros(len(z)))
-        return np.sum(z**2, axis=-1).reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
+        gradient = np.asarray(self._back(trace, 2 * z, np.zeros(len(z))), np.float64)
+        return np.asarray(np.sum(z**2, axis=-1), np.float64).reshape(rotvecs.shape[:-2]), gradient.reshape(
+            rotvecs.shape
+        )
 
     def log_likelihood(self, rotvecs: Array) -> tuple[Array, Array]:
         """Log density (...) over rotation vectors (..., 16, 3), per rad⁴⁸, and its gradient, (..., 16, 3)."""
         trace: list[_Trace] = []
         z, volume = self._run(rotvecs.reshape(-1, SIZE), trace)
-        value = volume - 0.5 * np.sum(z**2, axis=-1) - 0.5 * SIZE * np.log(2 * np.pi)
-        gradient = self._back(trace, -z, np.ones(len(z)))
+        value = np.asarray(volume - 0.5 * np.sum(z**2, axis=-1) - 0.5 * SIZE * np.log(2 * np.pi), np.float64)
+        gradient = np.asarray(self._back(trace, -z, np.ones(len(z))), np.float64)
         return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
     def sample(self, rng: np.random.Generator, count: int) -> Array:
@@ -124,7 +127,7 @@ class Flow:
         return (x + self.mean_rad).reshape(*z.shape[:-1], 16, 3)
 
     @cached_property
-    def _inverses(self) -> tuple[Array, ...]:
+    def _inverses(self) -> tuple[Weights, ...]:
         return tuple(np.linalg.inv(layer.linear) for layer in self.layers)
 
     @cached_property
@@ -177,7 +180,7 @@ class Flow:
     def _log_scale(self, raw: Weights) -> Weights:
         return raw / (1 + np.abs(raw) / self.bound)
 
-    def _back(self, trace: list[_Trace], d_code: Array, d_volume: Array) -> Array:
+    def _back(self, trace: list[_Trace], d_code: Weights, d_volume: Array) -> Weights:
         """Gradient (N, 48) by the pose from those by the code (N, 48) and the log determinant (N,)."""
         d = d_code
         for layer, kept in zip(reversed(self.layers), reversed(trace), strict=True):
@@ -222,4 +225,4 @@ def from_arrays(data: dict[str, NDArray[np.generic]]) -> Flow:
     names = tuple(Layer.__dataclass_fields__)
     stacks = {name: np.asarray(data[name], np.float64) for name in names}
     layers = tuple(Layer(**{name: stacks[name][k] for name in names}) for k in range(len(stacks["linear"])))
-    return Flow(np.asarray(data["mean_rad"], np.float64).ravel(), layers, float(np.float64(data["bound"])))  # type: ignore[arg-type]
+    return Flow(np.asarray(data["mean_rad"], np.float64).ravel(), layers, float(np.float64(data["bound"])))
