@@ -31,7 +31,7 @@ from simrecon.results.painter import Clip, Painter, View, three_quarter
 from simrecon.results.stage import upright
 from simrecon.types import Scene
 
-COMPONENTS, NOISE_RAD = 64, 0.08
+COMPONENTS, NOISE_RAD = 32, 0.08
 
 
 def main() -> None:
@@ -60,10 +60,10 @@ def main() -> None:
 def mixture(train: Poses, components: int):  # type: ignore[no-untyped-def]
     """√(−2 log p + c) of a mixture of Gaussians of poses with noise and their mirror images."""
     rng = np.random.default_rng(0)
-    rows = rng.choice(len(train.rotvecs), 12_000, p=train.weights)
+    rows = rng.choice(len(train.rotvecs), 8_000, p=train.weights)
     poses = np.concatenate((train.rotvecs[rows], mirrored(train.rotvecs[rows])))
     poses = (poses + rng.normal(0, NOISE_RAD, poses.shape)).reshape(-1, 48)
-    fitted = GaussianMixture(components, reg_covar=1e-4, random_state=0, max_iter=50).fit(poses)
+    fitted = GaussianMixture(components, reg_covar=1e-4, random_state=0, max_iter=30).fit(poses)
     best = float(fitted.score_samples(train.rotvecs.reshape(-1, 48)).max())
     return lambda v: np.sqrt(np.maximum(2 * (best - fitted.score_samples(v.reshape(-1, 48))), 0.0))
 

@@ -52,7 +52,7 @@ def main() -> None:
     for entry, found in total.items():
         mean = np.mean(found, axis=0)
         print(
-            f"all            {entry:16} {mean[0]:6.1f} in gaps, {mean[1]:6.1f} outside, x {mean[0] / none:.3f}"
+            f"all            {entry:16} {mean[0]:6.1f} in gaps, {mean[1]:5.1f} outside, x {mean[0] / none:.3f}"
         )
 
 

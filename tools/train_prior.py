@@ -50,14 +50,14 @@ class Settings:
     seed: int = 0
     layers: int = 5
     hidden: int = 96
-    steps: int = 2000
-    batch: int = 384
+    steps: int = 1000
+    batch: int = 320
     rate: float = 3e-3
     noise_rad: float = 0.08
     exchange: float = 0.3
-    ranking: float = 500.0
+    ranking: float = 400.0
     softness: float = 0.3
-    likelihood: float = 0.5
+    likelihood: float = 0.6
     spread: float = 10.0
     limits: float = 10.0
     check_every: int = 50
@@ -93,8 +93,8 @@ def main() -> None:
     print(json.dumps(scores, indent=1))
     arrays["provenance"] = np.array(json.dumps({
         "made_by": "tools/train_prior.py",
-        "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), as ASF/AMC, BVH "
-                   "and MuJoCo MPC keyframes (Apache-2.0); MASS (Apache-2.0). DeepMimic (MIT): test only.",
+        "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), "
+                   "as ASF/AMC, BVH and MuJoCo MPC keyframes (Apache-2.0); MASS (Apache-2.0). DeepMimic (MIT): test only.",
         "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic",
         "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
         "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
