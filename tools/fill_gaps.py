@@ -51,9 +51,7 @@ def main() -> None:
     none = np.mean([inside for inside, _ in total[options.priors[0]]])
     for entry, found in total.items():
         mean = np.mean(found, axis=0)
-        print(
-            f"all            {entry:16} {mean[0]:6.1f} in gaps, {mean[1]:5.1f} outside, x {mean[0] / none:.3f}"
-        )
+        print(f"all {entry:27} {mean[0]:6.1f} in gaps, {mean[1]:5.1f} outside, x {mean[0] / none:.3f}")
 
 
 def hidden(whole: Evidence, gap: NDArray[np.bool_]) -> Evidence:

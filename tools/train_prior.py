@@ -7,7 +7,7 @@ likelihood alone doesn't see to it: codes of poses far from the data may be shor
 recorded pose may have, are kept to poses within the joints' ranges, so that to shorten a code never leads
 out of them. Poses of the lower and the upper body are exchanged in a share of samples.
 
-usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 8 minutes on one core)
+usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 4 minutes on one core)
 
 MOCAP holds cmu_asf_amc_bvh.tar.xz, deepmimic, mass_bvh and mjpc_keyframes.
 """
@@ -94,7 +94,8 @@ def main() -> None:
     arrays["provenance"] = np.array(json.dumps({
         "made_by": "tools/train_prior.py",
         "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), "
-                   "as ASF/AMC, BVH and MuJoCo MPC keyframes (Apache-2.0); MASS (Apache-2.0). DeepMimic (MIT): test only.",
+                   "as ASF/AMC, BVH and MuJoCo MPC keyframes (Apache-2.0); "
+                   "MASS (Apache-2.0). DeepMimic (MIT): test only.",
         "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic",
         "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
         "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
