@@ -110,7 +110,7 @@ def landmark(points_m: Array, targets_m: Array, weights: Array) -> Array:
 
 
 def landmark_velocity(points_m: Array, targets_m: Array, weights: Array, interval_s: float) -> Array:
-    """Σ_t Σ_n w_n ‖d/dt (l_tn - l^k_tn)‖², finite differences, m²/s²; shapes as `landmark`; not the paper's."""
+    """Σ_t Σ_n w_n ‖d/dt (l_tn - l^k_tn)‖², m²/s², by finite differences; shapes as `landmark`."""
     return landmark(np.diff(points_m, axis=-3), np.diff(targets_m, axis=-3), weights / interval_s**2)
 
 

@@ -58,6 +58,7 @@ class Task:
             problem.rays[rows],
             problem.scores[rows],
         )
+        self._prior_rows, self._prior_share = _subset(len(rows), problem)
         optimiser = problem.plan.optimiser
         free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
         self._free = 2 * rollout.person(problem.model).nv if free else 0
@@ -148,7 +149,8 @@ class Task:
         if weights.joint_limit:
             terms["joint_limit"] = losses.joint_limit(losses.joint_rotvecs(orientations), problem.limits_rad)
         if weights.prior:
-            terms["prior"] = losses.prior(problem.prior.latent(orientations[..., 1:, :]))
+            seen = orientations[:, self._prior_rows, 1:]
+            terms["prior"] = losses.prior(problem.prior.latent(seen)) * self._prior_share
         if weights.total_variation:
             terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
         return {name: getattr(weights, name) * value for name, value in terms.items()}
@@ -200,3 +202,10 @@ class Task:
             handover=Handover(states[-1], knots),
             **result,  # type: ignore[arg-type]
         )
+
+
+def _subset(frames: int, problem: Problem) -> tuple[IntArray, float]:
+    """Of the F frames of the loss, those that the prior looks at, and how many each stands for."""
+    stride = max(1, round(1 / (problem.plan.loss.prior_rate_hz * problem.interval_s)))
+    rows = np.arange(frames - 1, -1, -stride)[::-1]
+    return rows, frames / len(rows)
