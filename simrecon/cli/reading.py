@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import sys
-from typing import Any
-
-import cv2
-import numpy as np
 
 from simrecon import evidence
 from simrecon.cli import arguments
-from simrecon.errors import InputError
-from simrecon.evidence import formats
+from simrecon.evidence import formats, lens
+from simrecon.evidence.lens import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M
-from simrecon.types import Camera, Evidence
-
-RATE_RANGE_HZ = (2.0, 2000.0)
-FOV_RANGE_DEG = (1.0, 170.0)
+from simrecon.types import Evidence
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def read(options: argparse.Namespace) -> Evidence:
     """Read the input, and say on stderr how it was understood."""
-    rate, size = _video(options.video) if options.video is not None else (None, None)
+    rate, size = lens.probe(options.video) if options.video is not None else (None, None)
     asked = evidence.Options(
         format=options.format,
         up=options.up,
@@ -56,7 +48,7 @@ def read(options: argparse.Namespace) -> Evidence:
         person=options.person,
         fps=options.fps,
         video_fps=rate,
-        camera=_lens(options, options.size or size),
+        camera=lens.from_fov(options.fov, options.size or size),
     )
     found = evidence.read(
         options.input,
@@ -67,28 +59,6 @@ def read(options: argparse.Namespace) -> Evidence:
     for line in found.reading.splitlines():
         print(f"read as {line}", file=sys.stderr)
     return found
-
-
-def _lens(options: argparse.Namespace, size: tuple[int, int] | None) -> Camera | None:
-    if options.fov is None:
-        return None
-    if size is None:
-        raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
-    focal = size[0] / 2 / math.tan(math.radians(options.fov) / 2)
-    matrix = np.array([[focal, 0.0, size[0] / 2], [0.0, focal, size[1] / 2], [0.0, 0.0, 1.0]])
-    return Camera(matrix, np.zeros(5), None, size)
-
-
-def _video(path: Any) -> tuple[float | None, tuple[int, int] | None]:
-    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
-    capture = cv2.VideoCapture(str(path))
-    try:
-        rate = capture.get(cv2.CAP_PROP_FPS)
-        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-    finally:
-        capture.release()
-    low, high = RATE_RANGE_HZ
-    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)
 
 
 def _size(text: str) -> tuple[int, int]:
