@@ -133,6 +133,18 @@ def died(future: Any) -> bool:
     return future.status == "error" and type(future.exception()).__name__ == "KilledWorker"
 
 
+def need() -> tuple[Any, Any]:
+    """The modules of dask.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        return importlib.import_module("distributed"), importlib.import_module("dask")
+    except ImportError as error:
+        raise InputError("batch needs dask.distributed: pip install 'simrecon[batch]'") from error
+
+
 @contextlib.contextmanager
 def crew(run: str, jobs: int, scheduler: str | None, memory_bytes: int) -> Iterator[Crew]:
     """Worker processes for one batch.
@@ -146,10 +158,7 @@ def crew(run: str, jobs: int, scheduler: str | None, memory_bytes: int) -> Itera
     Raises:
         InputError: dask is not installed, or the cluster does not answer.
     """
-    try:
-        distributed, dask = importlib.import_module("distributed"), importlib.import_module("dask")
-    except ImportError as error:
-        raise InputError("batch needs dask.distributed: pip install 'simrecon[batch]'") from error
+    distributed, dask = need()
     topic = f"simrecon-{run}"
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(SETTINGS))

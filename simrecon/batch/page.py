@@ -135,11 +135,13 @@ def _row(places: Places, row: Row) -> str:
             )
         ),
     ]
-    shown = "".join(
-        f"<td{'' if value is None else f' data-value={chr(34)}{html.escape(str(value))}{chr(34)}'}>{inner}</td>"
-        for value, inner in cells
-    )
+    shown = "".join(f"<td{_value(value)}>{inner}</td>" for value, inner in cells)
     return f'<tr class="{kind}">{shown}</tr>'
+
+
+def _value(value: object) -> str:
+    """The attribute that a cell is sorted by."""
+    return "" if value is None else f' data-value="{html.escape(str(value))}"'
 
 
 def _links(places: Places, row: Row) -> str:
@@ -155,7 +157,7 @@ def _links(places: Places, row: Row) -> str:
     main = next((file for file in ("report.html", REPORT) if (folder / file).is_file()), None)
     title = f'<a class="name" href="{quote(row.name)}/{main}">{name}</a>' if main else name
     source, more = html.escape(row.input), " · ".join(links)
-    return f'<span title="{source}">{title}</span><br><small>{more}</small>'
+    return f'<span title="{source}">{title}</span><small>{more}</small>'
 
 
 def _strip(places: Places, row: Row) -> str:

@@ -103,6 +103,7 @@ def run(
         InputError: the folder can't be used, another batch holds it, or there is no cluster.
         SimreconError: the disk is full, or the cluster was lost; all that was solved is kept.
     """
+    cluster.need()
     places = Places(settings.output.resolve())
     run_id = uuid.uuid4().hex[:12]
     try:
@@ -284,7 +285,8 @@ class _Night:
         if cluster.died(future):
             limit = self._settings.memory_bytes
             memory = f", or above its memory limit of {limit / 2**30:.1f} GiB" if limit else ""
-            said = {"kind": "error", "message": f"the worker process died: killed{memory}", "trace": ""}
+            message = f"the worker process died: killed{memory}"
+            said: dict[str, Any] = {"kind": "error", "message": message, "trace": ""}
         else:
             said = cluster.value(future)
         if "figures" in said:

@@ -231,7 +231,8 @@ def _solve(
         calibration=found,
     )
     places.thumbnail(clip.name).parent.mkdir(parents=True, exist_ok=True)
-    strip = overlay.sheet(folder.clip(made), THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
+    shown = replace(folder.clip(made), keypoints_px=None, scores=None)
+    strip = overlay.sheet(shown, THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
     video.write_image(places.thumbnail(clip.name), strip)
     if shutil.disk_usage(target).free < FREE_MIN_BYTES:
         shutil.rmtree(target)
