@@ -138,7 +138,7 @@ def _bytes(digest: str, result: WindowResult, rng: np.random.Generator) -> bytes
 def _read(path: Path, digest: str, window: Window) -> tuple[WindowResult, dict[str, Any]] | None:
     """A window and the generator's state after it; None where there is none, or it is not whole."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
         kept = Window(*(int(value) for value in found["window"]))
         if (str(found["schema"]), str(found["digest"]), kept) != (SCHEMA, digest, window):

@@ -4,13 +4,15 @@
 
 First an undisturbed batch of all clips in the folder CLIPS is made in OUT/calm. Then OUT/chaos is made by the
 same command, which is killed (`kill -9`: a worker, the main process, or both, in turn) at random moments and
-started again until the kills are used up and everything is done. All processes that are killed were started
-here, and are killed by their id. Results are equal if motion.npz, model.xml and scene.toml have the same bytes.
+started again until everything is done; if kills are left then, the rest hits OUT/chaos1, and so on. All
+processes that are killed were started here, and are killed by their id. Results are equal if motion.npz,
+model.xml and scene.toml have the same bytes.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import random
@@ -79,44 +81,45 @@ def undisturbed(command: list[str]) -> float:
     return time.monotonic() - began
 
 
-def chaos(command: list[str], kills: int, span_s: float, seed: int) -> list[dict[str, object]]:
-    """Run to the end, killed `kills` times.
+def chaos(command: list[str], kills: int, span_s: float, numbers: random.Random) -> list[dict[str, object]]:
+    """Run to the end, killed up to `kills` times.
 
     Args:
         command: of the batch.
-        kills: how often.
-        span_s: the longest time between a start and a kill.
-        seed: of the moments.
+        kills: how often at most.
+        span_s: the longest time between a start or kill and the next kill.
+        numbers: for the moments.
     """
-    random_numbers = random.Random(seed)
     log: list[dict[str, object]] = []
     while True:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while len(log) < kills and process.poll() is None:
-            way = WAYS[len(log) % len(WAYS)]
-            wait_s = random_numbers.uniform(0.2, span_s)
-            try:
+            wait_s = numbers.uniform(0.2, span_s)
+            with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(wait_s)
-                break
-            except subprocess.TimeoutExpired:
-                pass
-            crew = workers(process.pid)
-            chosen = [random_numbers.choice(crew)] if crew and way != "main" else []
-            killed = [pid for pid in (*chosen, *([process.pid] if way != "worker" else [])) if kill(pid)]
-            if not killed:
-                continue
-            log.append({"way": way, "after_s": round(wait_s, 2), "processes": len(killed)})
-            if way != "worker":
-                process.wait()
-                log[-1]["orphans_left"] = not gone(crew)
-        if process.poll() is None:
-            process.wait()
-        if process.returncode in (0, 3) and len(log) >= kills:
+            if process.poll() is None:
+                log += strike(process, WAYS[len(log) % len(WAYS)], wait_s, numbers)
+        process.wait()
+        if process.returncode in (0, 3):
             return log
-        if process.returncode not in (0, 3, -signal.SIGKILL):
+        if process.returncode != -signal.SIGKILL:
             raise SystemExit(f"the batch ended with {process.returncode}: {' '.join(command)}")
-        if process.returncode in (0, 3):  # done too early: the rest of the kills hit a batch that begins anew
-            command = [*command, "--force"] if "--force" not in command else command
+
+
+def strike(
+    process: subprocess.Popen[bytes], way: str, wait_s: float, numbers: random.Random
+) -> list[dict[str, object]]:
+    """Kill in one way; what was killed, if anything was."""
+    crew = workers(process.pid)
+    chosen = [numbers.choice(crew)] if crew and way != "main" else []
+    killed = [pid for pid in (*chosen, *([process.pid] if way != "worker" else [])) if kill(pid)]
+    if not killed:
+        return []
+    row: dict[str, object] = {"way": way, "after_s": round(wait_s, 2), "processes": len(killed)}
+    if way != "worker":
+        process.wait()
+        row["orphans_left"] = not gone(crew)
+    return [row]
 
 
 def differing(calm: Path, wild: Path) -> list[str]:
@@ -134,21 +137,32 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--span", type=float, default=12.0, help="s, the longest time to a kill")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    calm, wild = options.output / "calm", options.output / "chaos"
+    calm, numbers = options.output / "calm", random.Random(options.seed)
     calm_s = undisturbed(batch(options.clips, calm, options.plan, options.jobs))
-    began = time.monotonic()
-    log = chaos(batch(options.clips, wild, options.plan, options.jobs), options.kills, 12.0, options.seed)
-    events = [json.loads(line) for line in (wild / "batch.jsonl").read_text().splitlines() if line.strip()]
-    resumed = sum(event["event"] == "started" and event["window"] > 0 for event in events)
-    bad = differing(calm, wild)
-    results = len(list(calm.glob("*/motion.npz")))
+    print(f"undisturbed: {calm_s:.0f} s, {len(list(calm.glob('*/motion.npz')))} results", flush=True)
+    log: list[dict[str, object]] = []
+    bad: list[str] = []
+    for turn in range(1000):
+        wild, began = options.output / f"chaos{turn or ''}", time.monotonic()
+        command = batch(options.clips, wild, options.plan, options.jobs)
+        rows = chaos(command, options.kills - len(log), options.span, numbers)
+        lines = (wild / "batch.jsonl").read_text(encoding="utf-8").splitlines()
+        resumed = sum('"started"' in line and '"window": 0,' not in line for line in lines)
+        bad += differing(calm, wild)
+        spent_s = time.monotonic() - began
+        print(
+            f"{wild.name}: {len(rows)} kills, {resumed} starts from a checkpoint, {spent_s:.0f} s", flush=True
+        )
+        log += rows
+        if len(log) >= options.kills:
+            break
     for row in log:
         print(json.dumps(row))
-    print(f"{results} results, {len(log)} kills, {resumed} starts from a checkpoint")
-    print(f"undisturbed {calm_s:.0f} s, with kills {time.monotonic() - began:.0f} s")
-    print(f"orphans: {sum(bool(row.get('orphans_left')) for row in log)}, differing files: {len(bad)} {bad}")
+    orphans = sum(bool(row.get("orphans_left")) for row in log)
+    print(f"{len(log)} kills, {orphans} with processes left over, {len(bad)} files that differ {bad}")
     return 1 if bad else 0
 
 

@@ -163,6 +163,7 @@ def _named(found: list[tuple[str | None, Clip]]) -> list[Clip]:
     for word in given:
         if given.count(word) > 1:
             raise InputError(f"clip {word!r}: found {given.count(word)} of that name; valid: each its own")
+    found = list(dict.fromkeys(found))  # the same file may be given twice
     count: dict[str, int] = {}
     for _, clip in found:
         count[clip.name.lower()] = count.get(clip.name.lower(), 0) + 1
@@ -172,8 +173,6 @@ def _named(found: list[tuple[str | None, Clip]]) -> list[Clip]:
             mark = hashlib.sha256(f"{clip.input} {clip.person} {clip.plan}".encode()).hexdigest()[:6]
             clip = replace(clip, name=f"{clip.name}_{mark}")
         if clip.name in named:
-            if named[clip.name] == clip:  # the same file, given twice
-                continue
             raise InputError(
                 f"{clip.input}: found two clips called {clip.name!r}; valid: a `name` for each in a manifest"
             )

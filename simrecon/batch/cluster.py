@@ -171,7 +171,8 @@ def crew(run: str, jobs: int, scheduler: str | None, memory_bytes: int) -> Itera
                     threads_per_worker=1,
                     processes=True,
                     host="127.0.0.1",
-                    dashboard_address=None,
+                    dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False},
                     memory_limit=memory_bytes,
                     silence_logs=logging.CRITICAL,
                 )

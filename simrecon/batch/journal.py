@@ -138,7 +138,8 @@ class Journal:
 
     def close(self) -> None:
         """Close the file."""
-        os.fsync(self._stream.fileno())
+        with contextlib.suppress(OSError):
+            os.fsync(self._stream.fileno())
         self._stream.close()
 
 
