@@ -27,11 +27,12 @@ WAYS = ("worker", "main", "both")
 
 
 def children(pid: int) -> list[int]:
-    """Process ids of a process's children, oldest first."""
-    try:
-        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    except OSError:
-        return []
+    """Process ids of a process's children, of all its threads."""
+    found: list[int] = []
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            found += [int(word) for word in path.read_text(encoding="utf-8").split()]
+    return found
 
 
 def workers(pid: int) -> list[int]:

@@ -221,8 +221,8 @@ def _solve(job: Job, topic: str) -> dict[str, Any]:
     )
 
 
-def _take_order(threads: dict[str, int], stop: bool) -> None:
-    """In a worker: take up what the batch says."""
+async def _take_order(threads: dict[str, int], stop: bool) -> None:
+    """In a worker: take up what the batch says; dask waits for every function that is not a coroutine."""
     _orders["threads"].update(threads)
     _orders["stop"] = stop
 

@@ -12,7 +12,7 @@ from simrecon import evidence, resources
 
 FRAMES = 26
 FAST = {
-    "population": 6, "generations": 2, "descent_steps": 0, "length_s": 0.2, "overlap_s": 0.1,
+    "population": 12, "generations": 12, "descent_steps": 0, "length_s": 0.2, "overlap_s": 0.1,
     "evaluations": 40, "timestep_max_s": 0.017,
 }  # fmt: skip
 

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from simrecon import cli
-from simrecon.batch import journal
+from simrecon.batch import cluster, journal
 from simrecon.cli.batch import until
 from simrecon.errors import InputError
 
@@ -226,25 +226,48 @@ def test_it_ends_in_time_and_keeps_what_is_solved(
     inputs: Path, plan: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    out = tmp_path / "out"
-    moment: list[float] = []
-
-    def soon(*_: object) -> float:
-        moment.append(time.time() + 1e9)
-        return moment[0]
-
-    monkeypatch.setattr("simrecon.cli.batch.until", soon)
-    command = ["batch", str(inputs / "one.npz"), str(inputs / "two.npz"), "-o", str(out), "--plan", plan]
-    clock = time.time
-    late = threading.Event()
-    monkeypatch.setattr(
-        "simrecon.batch.runner.time.time", lambda: clock() + (1e9 + 1 if late.is_set() else 0)
-    )
+    out, slow = tmp_path / "out", tmp_path / "slow.toml"
+    text = Path(plan).read_text(encoding="utf-8").replace("population = 12", "population = 60")
+    slow.write_text(text.replace("generations = 12", "generations = 40"), encoding="utf-8")
+    command = ["batch", str(inputs / "one.npz"), str(inputs / "two.npz"), "-o", str(out), "--plan", str(slow)]
+    clock, late = time.time, threading.Event()
+    far_s = 1e6
+    monkeypatch.setattr("simrecon.cli.batch.until", lambda _text, now_s: now_s + far_s)
+    monkeypatch.setattr("simrecon.batch.runner.time.time", lambda: clock() + far_s * late.is_set())
     watch = threading.Thread(target=lambda: (wait_for(out, "window"), late.set()))
     watch.start()
     status = cli.main([*command, "--until", "07:00", "--jobs", "1"])
     watch.join()
     assert status == 3
     assert "left      " in capsys.readouterr().out
-    assert events(out, "end")[-1]["reason"].startswith("stopped at")
+    end = events(out, "end")[-1]
+    assert (end["done"], end["left"]) == (0, 2)
+    assert end["reason"].startswith("stopped at")
     assert list(out.glob(".batch/checkpoints/*/*/*/window_00000.npz"))
+
+
+def test_freed_cores_go_to_the_clip_that_still_runs() -> None:
+    """Two cores: one thread each for two clips, both for the last one, one each while others wait."""
+
+    class Client:
+        def __init__(self) -> None:
+            self.orders: list[tuple[str, dict[str, int]]] = []
+
+        def subscribe_topic(self, *_: object) -> None:
+            """Nobody tells anything here."""
+
+        def run(self, _function: object, threads: dict[str, int], _stop: bool, **how: Any) -> None:
+            self.orders += [(worker, threads) for worker in how["workers"]]
+
+    client = Client()
+    crew = cluster.Crew(client, "topic", cores=2)
+    a, b = {"worker": "A", "cores": 1}, {"worker": "B", "cores": 1}
+    crew.share({"a": a}, waiting=3, jobs=2)
+    crew.share({"a": a, "b": b}, waiting=3, jobs=2)
+    crew.share({"b": b}, waiting=1, jobs=2)
+    assert client.orders == [("A", {"a": 1}), ("B", {"b": 1})]
+    crew.share({"b": b}, waiting=0, jobs=2)
+    assert client.orders[2:] == [("B", {"b": 2})]
+    of_its_own = cluster.Crew(Client(), "topic", cores=None)
+    of_its_own.share({"a": {"worker": "A", "cores": 8}, "b": {"worker": "A", "cores": 8}}, waiting=0, jobs=9)
+    assert of_its_own._client.orders == [("A", {"a": 4}), ("A", {"b": 4})]

@@ -114,7 +114,7 @@ def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str,
     scene.write_text("[ground]\nheight_m = 0.1\n", encoding="utf-8")
     other = tmp_path / "plan.toml"
     text = Path(plan).read_text(encoding="utf-8")
-    other.write_text(text.replace("generations = 2", "generations = 3"), encoding="utf-8")
+    other.write_text(text.replace("generations = 12", "generations = 13"), encoding="utf-8")
     copy = tmp_path / "copy.toml"
     copy.write_text(text, encoding="utf-8")
     key = work.survey(clip)["key"]
