@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simrecon.batch import work
+from simrecon.batch import inputs, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Event, Places, check_alive
 from simrecon.batch.work import Job
@@ -57,7 +57,7 @@ class Crew:
 
     def survey(self, clip: Clip) -> Any:
         """Start to find out what there is to do for a clip; its future comes to the inbox."""
-        return self._submit(work.survey, clip)
+        return self._submit(inputs.survey, clip)
 
     def solve(self, job: Job) -> Any:
         """Start a job; its future comes to the inbox."""
@@ -65,7 +65,7 @@ class Crew:
 
     def measure(self, clip: Clip, folder: str) -> Any:
         """Start to measure what a clip costs; its future comes to the inbox."""
-        return self._submit(work.measure, clip, folder)
+        return self._submit(inputs.measure, clip, folder)
 
     def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
         self._submitted += 1

@@ -11,26 +11,22 @@ import os
 import platform
 import queue
 import shutil
-import signal
-import tempfile
 import time
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from simrecon import results
-from simrecon.batch import cluster, forecast, journal, page, work
+from simrecon.batch import ahead, cluster, failures, journal, page
+from simrecon.batch.ahead import Settings
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
-from simrecon.batch.forecast import Cost
 from simrecon.batch.journal import Event, Journal, Places, cannot_write
 from simrecon.batch.work import Job
 from simrecon.bench.task import code_digest
-from simrecon.errors import InputError, SimreconError
+from simrecon.errors import SimreconError
 from simrecon.results import report
-from simrecon.results.folder import MOTION, REPORT
 
 GRACE_S = 60.0
 """After the time to end, running clips have so long to reach their next window."""
@@ -38,29 +34,6 @@ _TICK_S = 1.0
 
 Say = Callable[[str], None]
 Progress = Callable[[float, float, str], None]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Of a batch.
-
-    Attributes:
-        output: its folder.
-        jobs: clips at once, 0: one per core, or on a running cluster as many as it takes.
-        scheduler: of a cluster that runs, or None.
-        retry: further attempts at a clip that fails, other than by bad input.
-        force: redo what is done.
-        until_s: when to end, s since 1970, or None.
-        memory_bytes: that each local worker may use, 0 for no limit.
-    """
-
-    output: Path
-    jobs: int = 0
-    scheduler: str | None = None
-    retry: int = 1
-    force: bool = False
-    until_s: float | None = None
-    memory_bytes: int = 0
 
 
 @dataclass
@@ -108,54 +81,14 @@ def run(
     run_id = uuid.uuid4().hex[:12]
     try:
         places.root.mkdir(parents=True, exist_ok=True)
-        with _interruptible(), journal.locked(places, run_id):
+        with ahead.interruptible(), journal.locked(places, run_id):
             book = Journal(places.events)
-            with contextlib.closing(book), _jobs(settings, len(clips), run_id) as crew:
+            with contextlib.closing(book), ahead.crew(settings, len(clips), run_id) as crew:
                 return _Night(crew, places, book, settings, run_id, say, progress).work(clips)
     except OSError as error:
         if error.errno is None:  # of the network
             raise SimreconError(f"{cluster.LOST} ({type(error).__name__})") from error
         raise cannot_write(settings.output, error) from error
-
-
-def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: None) -> dict[str, Any]:
-    """What a batch would do and cost, measured now on a short piece of one clip of each plan.
-
-    Returns:
-        `clips`, `kept`, `failed` (messages by name), `video_s` to do, `seconds` by plan and second of video,
-        `wall_s`, `size_bytes` and `free_bytes`.
-    """
-    places = Places(settings.output.resolve())
-    with _interruptible(), _jobs(settings, len(clips), uuid.uuid4().hex[:12]) as crew:
-        facts = _survey(crew, clips)
-        failed = {name: row["message"] for name, row in facts.items() if "key" not in row}
-        kept = [] if settings.force else [name for name, row in facts.items() if _is_done(places, row)]
-        rows = [row for name, row in facts.items() if name not in failed and name not in kept]
-        by_name = {clip.name: clip for clip in clips}
-        jobs, cores = _places(settings, len(clips)), len(os.sched_getaffinity(0))
-        groups: dict[str, tuple[Cost, list[dict[str, Any]]]] = {}
-        for row in rows:
-            if row["plan_key"] not in groups:
-                shown = by_name[row["name"]]
-                say(f"measuring plan {Path(shown.plan).stem} on a piece of {shown.name}")
-                groups[row["plan_key"]] = (_measured(crew, shown, min(jobs, cores)), [])
-            groups[row["plan_key"]][1].append(row)
-    seconds, wall_s, size = forecast.total(groups, jobs, cores)
-    rates = {}
-    for _, inside in groups.values():
-        video = sum(row["video_s"] for row in inside)
-        rates[by_name[inside[0]["name"]].plan] = sum(seconds[row["name"]] for row in inside) / video
-    return {
-        "clips": len(clips),
-        "kept": kept,
-        "failed": failed,
-        "video_s": sum(row["video_s"] for row in rows),
-        "seconds": rates,
-        "wall_s": wall_s,
-        "size_bytes": size,
-        "free_bytes": shutil.disk_usage(_existing(places.root)).free,
-        "jobs": min(jobs, max(len(rows), 1)),
-    }
 
 
 class _Night:
@@ -184,7 +117,7 @@ class _Night:
         if self._settings.scheduler is not None:
             self._crew.check(self._places.root, self._run)
         self._prepare(clips)
-        jobs = _places(self._settings, len(clips))
+        jobs = ahead.at_once(self._settings, len(clips))
         try:
             self._loop(jobs)
         except KeyboardInterrupt:
@@ -211,7 +144,7 @@ class _Night:
             clips=len(clips),
         )
         by_name = {clip.name: clip for clip in clips}
-        for name, facts in _survey(self._crew, clips).items():
+        for name, facts in ahead.survey(self._crew, clips).items():
             clip = by_name[name]
             about: dict[str, Any] = {"clip": name, "input": clip.input, "plan": clip.plan}
             if "key" not in facts:
@@ -219,11 +152,11 @@ class _Night:
                 self._fail(_Task(clip, facts), facts)
                 continue
             about |= {key: facts[key] for key in ("video_s", "windows", "key")}
-            kept = not self._settings.force and _is_done(self._places, facts)
+            kept = not self._settings.force and ahead.is_done(self._places, facts)
             self._book.append("clip", state="kept" if kept else "waiting", **about)
             if kept:
                 self._outcome.kept.append(name)
-                if (_record(self._places, name) or {})["figures"]["fallback"]:
+                if (ahead.record(self._places, name) or {})["figures"]["fallback"]:
                     self._outcome.fallback.append(name)
                 continue
             if self._settings.force:
@@ -271,7 +204,7 @@ class _Night:
         if event["event"] == "started":
             task.started = event
             content["attempt"] = task.attempts + 1
-            self._share(_places(self._settings, len(self._running) + len(self._waiting)))
+            self._share(ahead.at_once(self._settings, len(self._running) + len(self._waiting)))
         task.window = event["window"]
         self._book.append(event["event"], **content)
 
@@ -329,7 +262,7 @@ class _Night:
             "failed", clip=name, cause=said["kind"], message=said["message"], attempts=task.attempts
         )
         self._say(f"{name}: failed: {said['message']}")
-        _write_failure(self._places, task.clip, said)
+        failures.write(self._places, task.clip, said)
 
     def _show(self) -> None:
         part = sum(
@@ -355,114 +288,5 @@ class _Night:
             page.write(self._places)
 
 
-def _survey(crew: Crew, clips: Sequence[Clip]) -> dict[str, dict[str, Any]]:
-    """What there is to do, by name, in the order of the clips."""
-    futures = {crew.survey(clip): clip for clip in clips}
-    found: dict[str, dict[str, Any]] = {}
-    while len(found) < len(clips):
-        kind, item = crew.inbox.get()
-        if kind != "done" or item not in futures:
-            continue
-        name = futures[item].name
-        if cluster.died(item):
-            message = "the worker process died while it read this input"
-            found[name] = {"name": name, "kind": "error", "message": message, "trace": ""}
-        else:
-            found[name] = cluster.value(item)
-    return {clip.name: found[clip.name] for clip in clips}
-
-
-def _measured(crew: Crew, clip: Clip, jobs: int) -> Cost:
-    """Cost of a clip's plan with as many measurements at once as clips will run."""
-    with tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
-        futures = {crew.measure(clip, f"{scratch}/{i}") for i in range(jobs)}
-        rows: list[dict[str, float]] = []
-        while len(rows) < jobs:
-            kind, item = crew.inbox.get()
-            if kind == "done" and item in futures:
-                rows.append(cluster.value(item))
-    return forecast.cost(rows)
-
-
-def _jobs(settings: Settings, clips: int, run_id: str) -> contextlib.AbstractContextManager[Crew]:
-    return cluster.crew(run_id, _places(settings, clips), settings.scheduler, settings.memory_bytes)
-
-
-def _places(settings: Settings, clips: int) -> int:
-    """Clips at once."""
-    if settings.jobs:
-        return min(settings.jobs, max(clips, 1))
-    if settings.scheduler is not None:
-        return max(clips, 1)  # all, so that a cluster that adapts itself sees how much there is to do
-    return min(len(os.sched_getaffinity(0)), max(clips, 1))
-
-
-def _is_done(places: Places, facts: dict[str, Any]) -> bool:
-    """Whether there is a whole result of the same key."""
-    if "key" not in facts:
-        return False
-    target = places.result(facts["name"])
-    found = _record(places, facts["name"])
-    whole = (target / MOTION).is_file() and (target / REPORT).is_file()
-    return found is not None and found.get("key") == facts["key"] and whole
-
-
-def _record(places: Places, name: str) -> dict[str, Any] | None:
-    return journal.read_json(places.record(name))
-
-
-def _write_failure(places: Places, clip: Clip, said: dict[str, Any]) -> None:
-    """The error as the clip's report; an earlier result is moved aside, what is not ours is left alone."""
-    target = places.result(clip.name)
-    places.record(clip.name).unlink(missing_ok=True)
-    work.note(places, clip.name, f"failed: {said['message']}\n{said['trace']}".rstrip())
-    try:
-        results.check_writable(target)
-    except InputError:
-        return
-    if (target / MOTION).is_file():
-        aside = places.inner / "earlier" / clip.name
-        shutil.rmtree(aside, ignore_errors=True)
-        aside.parent.mkdir(parents=True, exist_ok=True)
-        target.rename(aside)
-    error = {"kind": said["kind"], "message": said["message"], "trace": said["trace"] or None}
-    content = {
-        "schema": report.SCHEMA,
-        "versions": report.versions(),
-        "input": {"name": clip.input},
-        "plan_name": clip.plan,
-        "seed": clip.seed,
-        "error": error,
-    }
-    journal.write_json(target / REPORT, content)
-
-
 def _plain(settings: Settings) -> dict[str, Any]:
     return {key: str(value) if isinstance(value, Path) else value for key, value in asdict(settings).items()}
-
-
-def _existing(path: Path) -> Path:
-    while not path.exists():
-        path = path.parent
-    return path
-
-
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """The signals that end a session or a job end a batch as Ctrl-C does."""
-
-    def interrupt(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = {}
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        with contextlib.suppress(ValueError):  # not in the main thread
-            before[number] = signal.signal(number, interrupt)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-__all__ = ["Outcome", "Settings", "plan_ahead", "run"]

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan
-from simrecon.batch import clips, page, runner, status
+from simrecon.batch import ahead, clips, page, runner, status
+from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
-from simrecon.batch.runner import Outcome, Settings
+from simrecon.batch.runner import Outcome
 from simrecon.cli import arguments
 from simrecon.cli.run import EXIT_FALLBACK, LARGEST_SEED
 from simrecon.errors import InputError
@@ -141,22 +142,22 @@ def _end(outcome: Outcome, output: str) -> int:
 
 
 def _dry_run(options: argparse.Namespace, found: tuple[clips.Clip, ...], settings: Settings) -> int:
-    ahead = runner.plan_ahead(found, settings, lambda line: print(line, file=sys.stderr))
+    said = ahead.plan_ahead(found, settings, lambda line: print(line, file=sys.stderr))
     if options.json:
-        print(json.dumps(ahead, indent=1))
+        print(json.dumps(said, indent=1))
         return 0
-    to_do = ahead["clips"] - len(ahead["kept"]) - len(ahead["failed"])
-    end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + ahead["wall_s"]))
-    kept = f", {len(ahead['kept'])} are done" if ahead["kept"] else ""
-    print(f"clips     {to_do} to do, {ahead['video_s']:.1f} s of video{kept}")
-    for name, rate in ahead["seconds"].items():
+    to_do = said["clips"] - len(said["kept"]) - len(said["failed"])
+    end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + said["wall_s"]))
+    kept = f", {len(said['kept'])} are done" if said["kept"] else ""
+    print(f"clips     {to_do} to do, {said['video_s']:.1f} s of video{kept}")
+    for name, rate in said["seconds"].items():
         print(f"cost      {rate:.1f} s on one core per second of video, plan {Path(name).stem}, measured now")
-    print(f"time      {duration(ahead['wall_s'])} with {ahead['jobs']} at once, until {end} if begun now")
-    size, free = (f"{ahead[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
+    print(f"time      {duration(said['wall_s'])} with {said['jobs']} at once, until {end} if begun now")
+    size, free = (f"{said[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
     print(f"disk      {size} of {free} free")
-    for name, message in ahead["failed"].items():
+    for name, message in said["failed"].items():
         print(f"bad       {name}: {message}")
-    if ahead["size_bytes"] > ahead["free_bytes"]:
+    if said["size_bytes"] > said["free_bytes"]:
         raise InputError(f"{options.output}: needs {size}, found {free} free; make space first")
     return 0
 

@@ -12,7 +12,8 @@ import pytest
 
 from simrecon import checkpoint, evidence, reconstruct, results
 from simrecon import plan as plans
-from simrecon.batch import journal, work
+from simrecon.batch import failures, journal, work
+from simrecon.batch import inputs as given
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.batch.work import Job
@@ -27,7 +28,7 @@ def job(inputs: Path, plan: str, tmp_path: Path) -> Job:
     clip = Clip("one", str(inputs / "one.npz"), plan)
     (tmp_path / ".batch").mkdir()
     journal.write_json(Places(tmp_path).lock, {"run": "me"})
-    return Job(clip, str(tmp_path), "me", work.survey(clip)["key"], code_digest())
+    return Job(clip, str(tmp_path), "me", given.survey(clip)["key"], code_digest())
 
 
 @pytest.fixture(scope="session")
@@ -93,7 +94,7 @@ def test_another_version_refuses(job: Job) -> None:
 
 
 def test_a_clip_that_cannot_be_read_is_one_line(inputs: Path, plan: str) -> None:
-    said = work.survey(Clip("broken", str(inputs / "broken.npz"), plan))
+    said = given.survey(Clip("broken", str(inputs / "broken.npz"), plan))
     assert (said["name"], said["kind"]) == ("broken", "input")
     assert "broken.npz" in said["message"]
     assert "\n" not in said["message"]
@@ -102,10 +103,10 @@ def test_a_clip_that_cannot_be_read_is_one_line(inputs: Path, plan: str) -> None
 def test_a_full_disk_is_told_from_other_errors() -> None:
     wrapped = InputError("can't be written")
     wrapped.__cause__ = OSError(28, "No space left on device")
-    assert work.failure("a", wrapped)["kind"] == "disk"
-    assert work.failure("a", OSError(13, "Permission denied"))["kind"] == "error"
-    assert work.failure("a", InputError("bad"))["kind"] == "input"
-    assert work.failure("a", ValueError("x\ny"))["message"] == "ValueError: x y"
+    assert failures.failure("a", wrapped)["kind"] == "disk"
+    assert failures.failure("a", OSError(13, "Permission denied"))["kind"] == "error"
+    assert failures.failure("a", InputError("bad"))["kind"] == "input"
+    assert failures.failure("a", ValueError("x\ny"))["message"] == "ValueError: x y"
 
 
 def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str, tmp_path: Path) -> None:
@@ -117,14 +118,14 @@ def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str,
     other.write_text(text.replace("generations = 12", "generations = 13"), encoding="utf-8")
     copy = tmp_path / "copy.toml"
     copy.write_text(text, encoding="utf-8")
-    key = work.survey(clip)["key"]
+    key = given.survey(clip)["key"]
     changes: tuple[dict[str, Any], ...] = (
         {"input": str(inputs / "two.npz")}, {"plan": str(other)}, {"scene": str(scene)}, {"seed": 1},
         {"mass_kg": 70.0},
     )  # fmt: skip
-    keys = [work.survey(replace(clip, **change))["key"] for change in changes]
+    keys = [given.survey(replace(clip, **change))["key"] for change in changes]
     assert len({key, *keys}) == 1 + len(changes)
-    assert work.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
+    assert given.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
 
 
 def test_a_fall_is_found(job: Job) -> None:
@@ -139,7 +140,7 @@ def test_a_fall_is_found(job: Job) -> None:
 
 
 def test_a_piece_tells_what_a_clip_costs(inputs: Path, plan: str, tmp_path: Path) -> None:
-    said = work.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
+    said = given.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
     assert all(value > 0 for value in said.values())
     assert set(said) == {"kinematics_s", "first_s", "window_s", "bytes", "fixed_bytes"}
 
