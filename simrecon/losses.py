@@ -96,9 +96,16 @@ def limit_excess(rotvecs: Array, limits_rad: Array) -> Array:
     return np.clip(excess, 0.0, LIMIT_EXCESS_MAX_RAD)
 
 
-def landmark(points_m: Array, targets_m: Array) -> Array:
-    """Σ_t Σ_n ‖l_tn - l^k_tn‖² to the kinematic fit; (..., F, M, 3) and (F, M, 3), m². Not in the paper."""
-    loss: Array = np.einsum("...fmi,...fmi->...", points_m - targets_m, points_m - targets_m)
+def landmark(points_m: Array, targets_m: Array, weights: Array) -> Array:
+    """Σ_t Σ_n w_n ‖l_tn - l^k_tn‖² to the kinematic fit, m²; not in the paper.
+
+    Args:
+        points_m: (..., F, M, 3).
+        targets_m: (F, M, 3).
+        weights: (M,).
+    """
+    off = points_m - targets_m
+    loss: Array = np.einsum("...fmi,...fmi,m->...", off, off, weights)
     return loss
 
 

@@ -271,8 +271,8 @@ class WindowResult:
         ctrl: (commit_step - start_step, nu) the committed control.
         states: (commit_step - start_step + 1, nstate) the committed states, the first included.
         loss: best total loss; loss_terms: its weighted terms by name.
-        trace: (G,) best loss by generation.
-        evaluations: rollouts done, the last one of the mean.
+        trace: (1 + D + G,) best loss at the warm start, after each descent step and each generation.
+        descent_steps: D. evaluations: rollouts done, the last one of the mean.
         seconds, stepping_s: wall time, and wall time within MuJoCo.
         handover: to the next window.
     """
@@ -283,6 +283,7 @@ class WindowResult:
     loss: float
     loss_terms: dict[str, float]
     trace: Array
+    descent_steps: int
     evaluations: int
     seconds: float
     stepping_s: float

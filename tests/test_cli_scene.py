@@ -179,6 +179,7 @@ def test_rerun_starts_from_the_finished_motion(
     run("set", file, "ground", "friction=0.8")
     hasty = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
     hasty = re.sub(r"generations = \d+", "generations = 2", hasty)
+    hasty = re.sub(r"descent_steps = \d+", "descent_steps = 0", hasty)
     (tmp_path / "hasty.toml").write_text(hasty, encoding="utf-8")
     settings = ["--scene", str(file), "--threads", "1", "--plan", str(tmp_path / "hasty.toml")]
     anew, target = tmp_path / "anew", tmp_path / "again"

@@ -90,7 +90,8 @@ def test_joint_limit_grows_exponentially_outside_the_range() -> None:
 def test_landmark_sums_squares() -> None:
     points = np.zeros((2, 3, 3))
     points[0, 1], points[1, 2] = [1.0, 2.0, 2.0], [0.0, 0.0, 1.0]
-    assert losses.landmark(points, np.zeros((2, 3, 3))) == pytest.approx(10.0)
+    assert losses.landmark(points, np.zeros((2, 3, 3)), np.ones(3)) == pytest.approx(10.0)
+    assert losses.landmark(points, 0 * points, np.array([1.0, 2.0, 3.0])) == pytest.approx(21.0)
 
 
 def test_rotation_vectors_leave_the_base_out(rng: np.random.Generator) -> None:
@@ -116,7 +117,7 @@ TERMS: dict[str, tuple[Callable[[Array], Array], Array]] = {
     "prior": (losses.prior, np.zeros((F, D))),
     "total_variation": (losses.total_variation, np.ones((F, M, 3))),
     "joint_limit": (lambda x: losses.joint_limit(x, LIMITS), np.zeros((F, 16, 3))),
-    "landmark": (lambda x: losses.landmark(x, POINTS), POINTS),
+    "landmark": (lambda x: losses.landmark(x, POINTS, np.linspace(0.5, 2.0, POINTS.shape[-2])), POINTS),
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from simrecon import resources
-from simrecon.types import IntArray
+from simrecon.types import Array, IntArray
 
 IGNORED = -1
 
@@ -22,6 +22,11 @@ def points() -> tuple[dict[str, Any], ...]:
     """
     data = resources.toml("models", "body", "landmarks.toml")
     return tuple(side for entry in data["landmark"] + data["centre"] for side in mirrored(entry))
+
+
+def point_weights() -> Array:
+    """Weights (M,) of the points in the loss of a rollout."""
+    return np.array([point.get("weight", 1.0) for point in points()])
 
 
 @cache

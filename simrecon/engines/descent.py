@@ -53,7 +53,8 @@ class Descent:
         x = task.warm_start()
         terms, finite = task.evaluate(simulator, x[None])
         loss = sum(float(value[0]) for value in terms.values()) if finite[0] else np.inf
-        return cls(task, simulator, x, loss, {name: float(value[0]) for name, value in terms.items()})
+        known = {name: float(value[0]) for name, value in terms.items()} if finite[0] else {}
+        return cls(task, simulator, x, loss, known)
 
     def step(self) -> bool:
         """Measure the Jacobian and try steps; whether one of them was downhill."""

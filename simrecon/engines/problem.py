@@ -30,6 +30,7 @@ class Problem:
         qpos: (T, nq) kinematic fit, other things that move at rest; qvel0: (nv,) velocity at the first frame.
         targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
+        point_weights: (M,) in the loss.
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
@@ -47,6 +48,7 @@ class Problem:
     orientations: Array
     com_m: Array
     points_m: Array
+    point_weights: Array
     point_rows: IntArray
     rays: Array
     scores: Array
@@ -96,6 +98,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),
         com_m=fit.com_m,
         points_m=points,
+        point_weights=names.point_weights(),
         point_rows=np.array(rows),
         rays=rays,
         scores=scores,

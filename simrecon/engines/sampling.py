@@ -54,7 +54,8 @@ class Sampler:
         task = Task(self.problem, window, handover)
         descent = Descent.begin(task, self.simulator)
         trace = [descent.loss]
-        for _ in range(plan.descent_steps * (1 if window.index else FIRST_WINDOW)):
+        descents = plan.descent_steps * (1 if window.index else FIRST_WINDOW)
+        for _ in range(descents):
             descent.step()
             trace.append(descent.loss)
         search = _Search(descent, rng)
@@ -75,6 +76,7 @@ class Sampler:
             loss=search.loss,
             loss_terms=search.terms,
             trace=np.array(trace),
+            descent_steps=descents,
             evaluations=round(descent.evaluations) + search.es.evaluations + 1,
             seconds=time.perf_counter() - began,
             stepping_s=self.simulator.seconds - stepping,
@@ -128,4 +130,5 @@ class _Search:
         """Whether the best loss has come to rest over the last `PATIENCE` generations, or the step size."""
         if self.es.sigma <= self.tol_sigma:
             return True
-        return len(recent) > PATIENCE and recent[0] - recent[-1] <= self.tolerance * recent[-1]
+        enough = len(recent) > PATIENCE and self.tolerance > 0.0
+        return enough and recent[0] - recent[-1] <= self.tolerance * recent[-1]

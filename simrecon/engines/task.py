@@ -107,7 +107,18 @@ class Task:
         return states
 
     def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
+        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite.
+
+        P may be above the simulator's population: they are then rolled out in turns.
+        """
+        if len(samples) > simulator.population:
+            turns = range(0, len(samples), simulator.population)
+            parts = [self.evaluate(simulator, samples[k : k + simulator.population]) for k in turns]
+            names = parts[0][0]
+            return (
+                {name: np.concatenate([terms[name] for terms, _ in parts]) for name in names},
+                np.concatenate([finite for _, finite in parts]),
+            )
         rolled = simulator.run(self.states(samples), self.control(samples), self.at_steps)
         with np.errstate(all="ignore"):
             terms = self._terms(rolled)
@@ -125,7 +136,7 @@ class Task:
         if weights.pose:
             terms["pose"] = losses.pose(orientations, target.orientations)
         if weights.landmark:
-            terms["landmark"] = losses.landmark(points, target.points_m)
+            terms["landmark"] = losses.landmark(points, target.points_m, problem.point_weights)
         if weights.reprojection and problem.world_to_camera is not None:
             terms["reprojection"] = losses.reprojection(
                 points, target.rays, target.scores, problem.world_to_camera
@@ -150,7 +161,7 @@ class Task:
         terms = [
             Term(off, weights.com_position),
             Term(np.diff(off, axis=1) / problem.interval_s, weights.com_velocity),
-            Term(points - target.points_m, weights.landmark),
+            Term(points - target.points_m, weights.landmark * problem.point_weights),
         ]
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))

@@ -105,6 +105,7 @@ def stepped(problem: Problem) -> tuple[WindowResult, ...]:
             loss=1.0,
             loss_terms={"pose": 1.0},
             trace=np.ones(3),
+            descent_steps=0,
             evaluations=12,
             seconds=2.0,
             stepping_s=1.5,

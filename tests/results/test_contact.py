@@ -94,6 +94,7 @@ def held(problem: Problem, person: Body, scene: Scene, qvel: Array | None = None
         loss=0.0,
         loss_terms={},
         trace=np.zeros(1),
+        descent_steps=0,
         evaluations=1,
         seconds=1.0,
         stepping_s=1.0,
@@ -196,7 +197,8 @@ def test_slip_is_the_speed_over_the_floor(person: Body) -> None:
     push[0] = 1.0
     motion = held(problem, person, scene, push)
     feet = [motion.contact_body.index(f"{side}_foot") for side in ("left", "right")]
-    np.testing.assert_allclose(motion.contact_slip_mps[1:, feet], 1.0, atol=0.1)
+    # then the trunk, which stays behind, swings
+    np.testing.assert_allclose(motion.contact_slip_mps[1:4, feet], 1.0, atol=0.1)
     others = np.delete(motion.contact_slip_mps, feet, axis=1)
     assert np.isnan(others).all()
     still = held(clip(person, Scene(), standing(person), frames=7), person, Scene())

@@ -123,7 +123,7 @@ def test_report_has_every_window_and_their_sums(written: Path, run: Any) -> None
     assert windows[-1]["commit_s"] == pytest.approx(0.3)
     for window in windows:
         assert window["loss"] == pytest.approx(sum(window["loss_terms"].values()))
-        assert window["evaluations"] == 8 * window["generations"] + 1  # and the mean at the end
+        assert window["evaluations"] > 8 * window["generations"] + window["descent_steps"]
         assert window["status"] == "all generations used"
         assert 0 < window["stepping_s"] < window["seconds"]
     assert totals["rollouts"] == sum(window["evaluations"] for window in windows)

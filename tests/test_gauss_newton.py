@@ -1,0 +1,76 @@
+"""Gauss-Newton: the same gradient as the robust loss, Newton on quadratics, the covariance of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simrecon.gauss_newton import Quadratic, Term, residuals
+
+RNG = np.random.default_rng(3)
+
+
+@pytest.mark.parametrize(
+    ("rho", "slope"),
+    [
+        (lambda s: s**2, None),
+        (lambda s: s, np.ones_like),
+        (lambda s: np.expm1(s / 0.4), lambda s: np.exp(s / 0.4) / 0.4),
+    ],
+    ids=["square", "norm", "exponential"],
+)
+def test_the_weighted_squares_have_the_gradient_of_the_loss(rho, slope) -> None:
+    slopes, offset = RNG.normal(size=(5, 7, 3)), RNG.normal(size=(7, 3))
+    weight = RNG.uniform(0.5, 2.0, 7)
+
+    def vectors(x):
+        return np.einsum("nkd,pn->pkd", slopes, x) + offset
+
+    def loss(x):
+        return np.sum(weight * rho(np.linalg.norm(vectors(x), axis=-1)), axis=-1)
+
+    here, step = RNG.normal(size=5) * 0.1, 1e-6
+    term = Term(vectors(here[None]), weight, slope, floor=1e-9)
+    roots = [term.roots()]
+    moved = here + step * np.eye(5)
+    jacobian = (residuals([Term(vectors(moved), weight, slope)], roots) - residuals([term], roots)) / step
+    gradient = 2 * jacobian @ residuals([term], roots)[0]
+    expected = (loss(moved) - loss(here - step * np.eye(5))) / (2 * step)
+    np.testing.assert_allclose(gradient, expected, rtol=1e-5)
+
+
+def test_lengths_below_the_floor_count_as_the_floor() -> None:
+    term = Term(np.zeros((1, 2, 3)), 4.0, np.ones_like, floor=0.5)
+    np.testing.assert_allclose(term.roots(), 2.0)
+
+
+def test_steps_solve_the_damped_equations() -> None:
+    jacobian, residual = RNG.normal(size=(6, 40)), RNG.normal(size=40)
+    dampings = np.array([0.0, 1.0, 100.0])
+    steps = Quadratic(jacobian, residual).steps(dampings)
+    for damping, step in zip(dampings, steps, strict=True):
+        expected = -np.linalg.solve(jacobian @ jacobian.T + damping * np.eye(6), jacobian @ residual)
+        np.testing.assert_allclose(step, expected, rtol=1e-7)
+    assert (np.diff(np.linalg.norm(steps, axis=1)) < 0).all()
+
+
+def test_steps_do_not_run_away_where_nothing_is_felt() -> None:
+    jacobian = np.diag([1.0, 1.0, 0.0])
+    steps = Quadratic(jacobian, np.array([1.0, 1.0, 1.0])).steps(np.array([0.1]))
+    np.testing.assert_allclose(steps[0], [-1 / 1.1, -1 / 1.1, 0.0])
+
+
+def test_samples_raise_the_squares_by_as_much_as_asked() -> None:
+    jacobian = RNG.normal(size=(20, 60)) * np.logspace(0, 3, 20)[:, None]
+    root = Quadratic(jacobian, np.zeros(60)).root_covariance(rise=2.0, sigma=1e6)
+    samples = RNG.normal(size=(20000, 20)) @ root
+    rises = np.sum((samples @ jacobian) ** 2, axis=1)
+    assert rises.mean() == pytest.approx(2.0, rel=0.03)
+    np.testing.assert_allclose(root, root.T, atol=1e-12)
+
+
+def test_no_direction_is_sampled_beyond_sigma() -> None:
+    root = Quadratic(np.diag([1e-9, 1.0, 1e3]), np.zeros(3)).root_covariance(rise=1.0, sigma=0.2)
+    deviations = np.sqrt(np.linalg.eigvalsh(root @ root))
+    assert deviations.max() == pytest.approx(0.2, rel=1e-6)
+    assert deviations.min() < 1e-3

@@ -1,0 +1,230 @@
+"""How well and how fast the sampling engine tracks clean references and noisy evidence.
+
+usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips NAME ...] [--noisy]
+                                      [--seeds N ...] [--threads N] [--set SECTION.KEY=VALUE ...]
+       python tools/bench_sampling.py --compare A.json B.json
+
+DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
+table. Bare stepping is `mujoco.batch` alone: the same model, as many rollouts, the control that was found,
+right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import mujoco.batch
+import numpy as np
+import references
+
+import simrecon
+from simrecon import evidence, kinematics, plan, rollout, schedule
+from simrecon import scene as scenes
+from simrecon.engines import problem as problems
+from simrecon.engines import sampling
+from simrecon.engines.problem import Problem
+from simrecon.evidence import resample
+from simrecon.plan import Plan
+from simrecon.types import Array, Evidence, KinematicFit, Scene, WindowResult
+
+COLUMNS = {
+    "mpjpe_g_mm": "MPJPE-G, mm",
+    "loss": "loss",
+    "generations": "generations",
+    "rollouts": "rollouts",
+    "steps": "steps",
+    "s_per_s": "s per s",
+    "stepping_share": "in MuJoCo",
+    "steps_per_s": "steps/s",
+    "bare_ratio": "of bare",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One clip with one seed.
+
+    Attributes:
+        mpjpe_g_mm: mean distance of all points of the body from what was to be tracked, not root-aligned.
+        loss: mean over windows. generations, rollouts, steps: sums, steps of 48 motors each.
+        s_per_s: wall time per second of motion. stepping_share: of it, within MuJoCo.
+        steps_per_s: simulation steps by wall time; bare_ratio: as a share of bare stepping.
+        ended: windows by the rule that ended them.
+    """
+
+    clip: str
+    seed: int
+    mpjpe_g_mm: float
+    loss: float
+    generations: int
+    rollouts: int
+    steps: int
+    s_per_s: float
+    stepping_share: float
+    steps_per_s: float
+    bare_ratio: float
+    ended: dict[str, int]
+
+
+def main() -> None:
+    """Run, or compare two runs."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("-o", dest="output", type=Path)
+    parser.add_argument("--plan", default="default")
+    parser.add_argument("--clips", nargs="+", default=references.CLIPS)
+    parser.add_argument("--noisy", action="store_true", help="track fits of evidence/synth_*.npz instead")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0])
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--set", nargs="+", default=[], metavar="SECTION.KEY=VALUE", help="change the plan")
+    parser.add_argument("--compare", nargs=2, type=Path)
+    options = parser.parse_args()
+    if options.compare:
+        compare(*(json.loads(path.read_text(encoding="utf-8")) for path in options.compare))
+        return
+    if options.data is None or options.output is None:
+        parser.error("--data and -o are needed")
+    settings = changed(plan.read(options.plan), options.set)
+    print("| clip | seed | " + " | ".join(COLUMNS.values()) + " |")
+    print("|---" * (len(COLUMNS) + 2) + "|")
+    rows = []
+    for clip in options.clips:
+        for seed in options.seeds:
+            rows.append(
+                run(
+                    *given(options.data, clip, settings, options.noisy), settings, clip, seed, options.threads
+                )
+            )
+            print(text(rows[-1]), flush=True)
+    options.output.mkdir(parents=True, exist_ok=True)
+    said = {
+        "simrecon": simrecon.__version__,
+        "mujoco": mujoco.__version__,
+        "plan": asdict(settings),
+        "noisy": options.noisy,
+    }
+    path = options.output / f"{Path(options.plan).stem}-{time.strftime('%Y%m%dT%H%M%S')}.json"
+    path.write_text(json.dumps(said | {"rows": [asdict(row) for row in rows]}, indent=1), encoding="utf-8")
+    print(f"\n{path}")
+
+
+def given(data: Path, clip: str, settings: Plan, noisy: bool) -> tuple[KinematicFit, Evidence]:
+    """What is to be tracked: a clean reference, or the fit of noisy evidence."""
+    if noisy:
+        uniform, _ = resample(evidence.read(data / "evidence" / f"synth_{clip}.npz"))
+        return kinematics.fit(uniform, Scene(), settings.kinematics), uniform
+    fit = references.read(data / "mocap" / "deepmimic", clip)
+    count = len(fit.times_s)
+    unseen = Evidence(
+        times_s=fit.times_s,
+        keypoint_names=(),
+        keypoints_px=np.zeros((count, 0, 2)),
+        scores=np.zeros((count, 0)),
+        joint_names=(),
+        joints_m=np.zeros((count, 0, 3)),
+        joints_frame="world",
+    )
+    return fit, unseen
+
+
+def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int, threads: int) -> Row:
+    """Track one clip."""
+    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
+    problem = problems.pose(fit, seen, scenes.build(fit.body.mjcf, Scene(), clock.step_s), clock, settings)
+    sampler, handover = sampling.Sampler(problem, threads), sampling.start(problem)
+    rng, results = np.random.default_rng(seed), list[WindowResult]()
+    began = time.perf_counter()
+    for window in schedule.cut(clock, settings):
+        results.append(sampler.solve(window, handover, rng))
+        handover = results[-1].handover
+    wall_s = time.perf_counter() - began
+    states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
+    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)[
+        :: clock.stride, : fit.qpos.shape[1]
+    ]
+    off = kinematics.configurations(fit.body, qpos)[1] - problem.points_m  # (T, M, 3)
+    speed = sampler.simulator.steps / wall_s
+    endings = [result.status.name.lower() for result in results]
+    return Row(
+        clip=clip,
+        seed=seed,
+        mpjpe_g_mm=1e3 * float(np.linalg.norm(off, axis=-1).mean()),
+        loss=float(np.mean([result.loss for result in results])),
+        generations=sum(len(result.trace) - 1 - result.descent_steps for result in results),
+        rollouts=sum(result.evaluations for result in results),
+        steps=sampler.simulator.steps,
+        s_per_s=wall_s / (clock.steps * clock.step_s),
+        stepping_share=sampler.simulator.seconds / wall_s,
+        steps_per_s=speed,
+        bare_ratio=speed / bare_speed(problem, results, threads),
+        ended={ending: endings.count(ending) for ending in sorted(set(endings))},
+    )
+
+
+def bare_speed(problem: Problem, results: Iterable[WindowResult], threads: int, repeats: int = 5) -> float:
+    """Steps per second of `mujoco.batch` alone under the control that was found."""
+    count = problem.plan.optimiser.population
+    batch = mujoco.batch.Batch(problem.model, count, threads)
+    seconds, steps = 0.0, 0
+    for result in results:
+        ctrl = np.repeat(result.ctrl[None], count, axis=0)
+        for _ in range(repeats):
+            batch.state[:] = result.states[0]
+            began = time.perf_counter()
+            batch.rollout(ctrl.shape[1], ctrl)
+            seconds += time.perf_counter() - began
+            steps += count * ctrl.shape[1]
+    return steps / seconds
+
+
+def changed(settings: Plan, changes: list[str]) -> Plan:
+    """The plan with `section.key=value` changed."""
+    for change in changes:
+        place, value = change.split("=")
+        section, key = place.split(".")
+        table = getattr(settings, section)
+        kind: Any = type(getattr(table, key))
+        settings = replace(settings, **{section: replace(table, **{key: kind(value)})})
+    return settings
+
+
+def text(row: Row) -> str:
+    """A row of the table."""
+    numbers = (getattr(row, key) for key in COLUMNS)
+    cells = (
+        f"{value:.2f}" if 0 < value < 1 else f"{value:.1f}" if isinstance(value, float) else f"{value}"
+        for value in numbers
+    )
+    return f"| {row.clip} | {row.seed} | " + " | ".join(cells) + " |"
+
+
+def compare(first: dict[str, Any], second: dict[str, Any]) -> None:
+    """Print ratios second / first of the means over seeds, by clip."""
+    keys = ("mpjpe_g_mm", "loss", "steps", "s_per_s", "bare_ratio")
+    print("| clip | " + " | ".join(COLUMNS[key] for key in keys) + " |")
+    print("|---" * (len(keys) + 1) + "|")
+    clips = list(dict.fromkeys(row["clip"] for row in first["rows"]))
+    for clip in clips:
+        before, after = (means(side["rows"], clip, keys) for side in (first, second))
+        if after.size:
+            cells = (f"{a:.3g} → {b:.3g} ({b / a:.2f})" for a, b in zip(before, after, strict=True))
+            print(f"| {clip} | " + " | ".join(cells) + " |")
+
+
+def means(rows: list[dict[str, Any]], clip: str, keys: Iterable[str]) -> Array:
+    """Means over seeds, empty if the clip is not there."""
+    own = [[row[key] for key in keys] for row in rows if row["clip"] == clip]
+    return np.mean(own, axis=0) if own else np.zeros(0)
+
+
+if __name__ == "__main__":
+    main()
