@@ -110,27 +110,28 @@ def digest(problem: Problem, handover: Handover, seed: int) -> str:
     return found.hexdigest()
 
 
+_OWN_FORM = ("window", "loss_terms", "status", "handover")
+_PLAIN = tuple(item.name for item in dataclasses.fields(WindowResult) if item.name not in _OWN_FORM)
+"""Fields of a result that are arrays or numbers."""
+
+
 def _bytes(digest: str, result: WindowResult, rng: np.random.Generator) -> bytes:
     window = result.window
     buffer = io.BytesIO()
+    plain: dict[str, Any] = {name: np.asarray(getattr(result, name)) for name in _PLAIN}
     np.savez_compressed(
         buffer,
         allow_pickle=False,
         schema=SCHEMA,
         digest=digest,
         window=[window.index, window.start_step, window.commit_step, window.end_step],
-        ctrl=result.ctrl,
-        states=result.states,
-        loss=result.loss,
         term_names=np.array(list(result.loss_terms), dtype=str),
         terms=np.array(list(result.loss_terms.values()), dtype=float),
-        trace=result.trace,
-        evaluations=result.evaluations,
-        seconds=[result.seconds, result.stepping_s],
         status=result.status.name,
         state=result.handover.state,
         knots_rad=result.handover.knots_rad,
         rng=json.dumps(_plain(rng.bit_generator.state)),
+        **plain,
     )
     return buffer.getvalue()
 
@@ -143,19 +144,15 @@ def _read(path: Path, digest: str, window: Window) -> tuple[WindowResult, dict[s
         kept = Window(*(int(value) for value in found["window"]))
         if (str(found["schema"]), str(found["digest"]), kept) != (SCHEMA, digest, window):
             return None
-        seconds, stepping_s = (float(value) for value in found["seconds"])
+        plain: dict[str, Any] = {
+            name: found[name] if found[name].ndim else found[name].item() for name in _PLAIN
+        }
         result = WindowResult(
             window=window,
-            ctrl=found["ctrl"],
-            states=found["states"],
-            loss=float(found["loss"]),
             loss_terms=dict(zip(found["term_names"].tolist(), found["terms"].tolist(), strict=True)),
-            trace=found["trace"],
-            evaluations=int(found["evaluations"]),
-            seconds=seconds,
-            stepping_s=stepping_s,
             status=WindowStatus[str(found["status"])],
             handover=Handover(found["state"], found["knots_rad"]),
+            **plain,
         )
         return result, json.loads(str(found["rng"]))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):

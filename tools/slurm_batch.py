@@ -1,11 +1,12 @@
 """`simrecon batch` on the nodes of a Slurm cluster, by dask-jobqueue (`pip install dask-jobqueue`).
 
-    python tools/slurm_batch.py --slurm-jobs 40 --partition main --time 08:00:00 -- INPUTS… -o OUT --plan overnight
+    python tools/slurm_batch.py --slurm-jobs 40 --partition main --time 08:00:00 -- INPUTS… -o OUT
 
 Run it where jobs may be submitted from: on a login node in tmux, or as a small job of its own. It starts a
-scheduler, submits Slurm jobs while there are clips for them, runs `simrecon batch` with what is behind `--`, and cancels the
-jobs when that ends. Workers that Slurm ends are replaced; their clips go on from the last window. OUT and the
-inputs must lie on a file system that all nodes see, and the nodes need the same Python environment.
+scheduler, submits Slurm jobs while there are clips for them, runs `simrecon batch` with what is behind `--`,
+and cancels the jobs when that ends. Workers that Slurm ends are replaced; their clips go on from the last
+window. OUT and the inputs must lie on a file system that all nodes see, and the nodes need the same Python
+environment.
 """
 
 from __future__ import annotations
@@ -49,7 +50,12 @@ def main() -> int:
         cluster.adapt(minimum_jobs=0, maximum_jobs=options.slurm_jobs)
         given = options.batch[1:] if options.batch[:1] == ["--"] else options.batch
         command = [sys.executable, "-m", "simrecon", "batch", *given]
-        command += ["--scheduler", cluster.scheduler_address, "--jobs", str(options.slurm_jobs * options.cores)]
+        command += [
+            "--scheduler",
+            cluster.scheduler_address,
+            "--jobs",
+            str(options.slurm_jobs * options.cores),
+        ]
         print(shlex.join(command), flush=True)
         return subprocess.run(command, check=False).returncode
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -169,3 +170,20 @@ def test_a_checkpoint_of_another_problem_is_not_used(job: Job, tmp_path: Path) -
     before = json.dumps(rng.bit_generator.state)
     assert store.restore("0" * 64, [window.window for window in made.windows], rng) == []
     assert json.dumps(rng.bit_generator.state) == before
+
+
+def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> None:
+    store = checkpoint.Folder(tmp_path / "kept")
+    read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
+    made = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    again = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    for before, after in zip(made.windows, again.windows, strict=True):
+        for item in dataclasses.fields(before):
+            a, b = getattr(before, item.name), getattr(after, item.name)
+            if item.name == "handover":
+                np.testing.assert_array_equal(a.state, b.state)
+                np.testing.assert_array_equal(a.knots_rad, b.knots_rad)
+            else:
+                assert type(a) is type(b), item.name
+                np.testing.assert_array_equal(a, b)
+    assert again.seconds["simulation"] >= sum(window.seconds for window in made.windows)
