@@ -100,7 +100,7 @@ def _summary(state: State) -> str:
 def _verdict(row: Row) -> tuple[str, str]:
     """Kind (for colour and order) and words."""
     if row.state == "failed":
-        return "failed", row.message
+        return "failed", "failed"
     if row.state != "done" or row.figures is None:
         window = f", window {row.window} of {row.windows}" if row.state == "running" else ""
         return ("running" if row.state == "running" else "waiting"), f"{row.state}{window}"
@@ -161,6 +161,8 @@ def _links(places: Places, row: Row) -> str:
 
 
 def _strip(places: Places, row: Row) -> str:
+    if row.state == "failed":
+        return f'<span class="message">{html.escape(row.message)}</span>'
     path = places.thumbnail(row.name)
     if row.state != "done" or not path.is_file():
         return ""
