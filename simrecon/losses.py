@@ -109,6 +109,11 @@ def landmark(points_m: Array, targets_m: Array, weights: Array) -> Array:
     return loss
 
 
+def landmark_velocity(points_m: Array, targets_m: Array, weights: Array, interval_s: float) -> Array:
+    """Σ_t Σ_n w_n ‖d/dt (l_tn - l^k_tn)‖², m²/s², by finite differences; shapes as `landmark`."""
+    return landmark(np.diff(points_m, axis=-3), np.diff(targets_m, axis=-3), weights / interval_s**2)
+
+
 def joint_rotvecs(orientations: Array) -> Array:
     """Rotation vectors (..., 16, 3) of the joints in orientations (..., 17, 4), the base first."""
     return rotations.log(orientations[..., 1:, :])

@@ -19,6 +19,9 @@ T = TypeVar("T")
 
 _LARGEST = 1e12  # a number without an upper limit of its own is finite at least
 
+PRIORS = ("gaussian", "flow")
+"""Names of the pose priors in `simrecon.prior`."""
+
 
 def _range(low: float, high: float = _LARGEST) -> Any:
     """A number from `low` to `high`, both valid."""
@@ -80,6 +83,9 @@ class LossWeights:
     total_variation: float = _range(0.0)
     joint_limit: float = _range(0.0)
     landmark: float = _range(0.0)
+    landmark_velocity: float = _range(0.0)
+    prior_model: str = _choice(*PRIORS)
+    prior_rate_hz: float = _range(0.1, 1000.0)
     rate_hz: float = _range(1.0, 1000.0)
 
 
@@ -97,6 +103,7 @@ class Kinematics:
     smooth_position: float = _range(0.0)
     smooth_rotation: float = _range(0.0)
     prior: float = _range(0.0)
+    prior_model: str = _choice(*PRIORS)
     limit: float = _range(0.0)
     penetration: float = _range(0.0)
     contact: float = _range(0.0)

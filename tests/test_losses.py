@@ -87,6 +87,13 @@ def test_joint_limit_grows_exponentially_outside_the_range() -> None:
     assert np.isfinite(losses.joint_limit(rotvecs, LIMITS))
 
 
+def test_landmark_velocity_is_that_of_the_distance() -> None:
+    points = np.zeros((3, 2, 3))
+    points[:, 1, 0] = [0.0, 0.1, 0.3]  # 1 and 2 m/s
+    assert losses.landmark_velocity(points, 0 * points, np.array([9.0, 0.5]), 0.1) == pytest.approx(2.5)
+    assert losses.landmark_velocity(points + 7.0, 0 * points, np.ones(2), 0.1) == pytest.approx(5.0)
+
+
 def test_landmark_sums_squares() -> None:
     points = np.zeros((2, 3, 3))
     points[0, 1], points[1, 2] = [1.0, 2.0, 2.0], [0.0, 0.0, 1.0]
@@ -118,6 +125,10 @@ TERMS: dict[str, tuple[Callable[[Array], Array], Array]] = {
     "total_variation": (losses.total_variation, np.ones((F, M, 3))),
     "joint_limit": (lambda x: losses.joint_limit(x, LIMITS), np.zeros((F, 16, 3))),
     "landmark": (lambda x: losses.landmark(x, POINTS, np.linspace(0.5, 2.0, POINTS.shape[-2])), POINTS),
+    "landmark_velocity": (
+        lambda x: losses.landmark_velocity(x, POINTS, np.linspace(0.5, 2.0, POINTS.shape[-2]), 0.1),
+        POINTS,
+    ),
 }
 
 

@@ -91,6 +91,7 @@ def test_stitching_keeps_the_order() -> None:
             loss=0.0,
             loss_terms={},
             trace=np.zeros(1),
+            descent_steps=0,
             evaluations=1,
             seconds=0.0,
             stepping_s=0.0,

@@ -14,7 +14,7 @@ from typing import Any
 
 from simrecon.errors import InputError
 from simrecon.evidence import formats
-from simrecon.evidence.lens import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M
 
@@ -22,7 +22,9 @@ SUFFIXES = (".npz", ".pkl", ".pt", ".pth", ".npy", ".json", ".bvh", ".trc", ".mo
 """Files that are taken from a folder; a file that is named by itself may have any suffix."""
 MANIFESTS = (".toml", ".csv")
 RESERVED = ("batch.jsonl", "index.html")
-_FILES = ("input", "scene", "video", "keypoints")
+VIDEOS = (".mp4", ".mov", ".avi", ".mkv", ".webm")
+"""Taken from a folder too, if no other input there has the same stem."""
+_FILES = ("input", "scene", "video", "keypoints", "camera")
 _RANGES = {
     "mass_kg": MASS_RANGE_KG,
     "height_m": HEIGHT_RANGE_M,
@@ -41,10 +43,10 @@ class Clip:
 
     Attributes:
         name: unique; the name of its folder.
-        input, scene, video, keypoints: absolute paths.
+        input, scene, video, keypoints, camera: absolute paths.
         plan: a name or path. seed: of random numbers.
         mass_kg, height_m: of the person.
-        person, keypoints_person, format, up, unit, frame, fps, fov_deg, width_px, height_px: how the input is
+        person, keypoints_person, camera_name, format, up, unit, frame, fps, fov_deg, width_px, height_px: how the input is
             read, as the options of `simrecon run`.
     """
 
@@ -56,6 +58,8 @@ class Clip:
     video: str | None = None
     keypoints: str | None = None
     keypoints_person: str | None = None
+    camera: str | None = None
+    camera_name: str | None = None
     mass_kg: float | None = None
     height_m: float | None = None
     person: str | None = None
@@ -131,9 +135,10 @@ def _inside(folder: Path) -> list[Path]:
             continue
         if path.is_dir():
             found += [path] if _is_clip(path) else _inside(path)
-        elif path.suffix.lower() in SUFFIXES:
+        elif path.suffix.lower() in (*SUFFIXES, *VIDEOS):
             found.append(path)
-    return found
+    others = {path.stem for path in found if path.suffix.lower() not in VIDEOS}
+    return [path for path in found if path.suffix.lower() not in VIDEOS or path.stem not in others]
 
 
 def _is_clip(folder: Path) -> bool:
@@ -185,7 +190,7 @@ def _beside(clip: Clip, scenes: str | None, videos: str | None) -> Clip:
     stem = Path(clip.input).stem
     for key, folder, suffixes in (
         ("scene", scenes, (".toml",)),
-        ("video", videos, (".mp4", ".mov", ".avi", ".mkv", ".webm")),
+        ("video", videos, VIDEOS),
     ):
         if folder is None or getattr(clip, key) is not None:
             continue

@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import mujoco
 import numpy as np
 
@@ -20,10 +22,11 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.failures import failure
 from simrecon.bench.task import code_digest
 from simrecon.body import names
-from simrecon.evidence import lens
+from simrecon.errors import InputError
+from simrecon.evidence import fov, lens
 from simrecon.plan import Plan
 from simrecon.results import folder, overlay, report
-from simrecon.types import Evidence, Scene
+from simrecon.types import Array, Evidence, Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +45,14 @@ def read(clip: Clip) -> Inputs:
         InputError: one of them can't be used.
     """
     given = Path(clip.input)
-    rate, size = lens.probe(clip.video) if clip.video is not None else (None, None)
+    video = shown(clip)
+    rate, size = fov.probe(video) if video is not None else (None, None)
     if clip.width_px is not None and clip.height_px is not None:
         size = (clip.width_px, clip.height_px)
+    camera, said = fov.from_fov(clip.fov_deg, size), f"--fov {clip.fov_deg:g}" if clip.fov_deg else ""
+    if clip.camera is not None:
+        hint = video or clip.input
+        camera, said = lens.read(clip.camera, name=clip.camera_name, size_px=size, up=clip.up, hint=hint)
     asked = evidence.Options(
         format=clip.format,
         up=clip.up,
@@ -53,15 +61,41 @@ def read(clip: Clip) -> Inputs:
         person=clip.person,
         fps=clip.fps,
         video_fps=rate,
-        camera=lens.from_fov(clip.fov_deg, size),
+        camera=camera,
+        lens=said,
     )
     seen = evidence.read(given, asked, keypoints=clip.keypoints, keypoints_person=clip.keypoints_person)
     evidence.check_names(seen, names.valid_names(), given)
     seen = replace(seen, height_m=clip.height_m or seen.height_m, mass_kg=clip.mass_kg or seen.mass_kg)
-    if clip.video is not None:
-        overlay.check_video(clip.video, seen.times_s, seen.camera)
-    scene = scenes.read(clip.scene) if clip.scene is not None else Scene()
-    return Inputs(seen, scene, plans.read(clip.plan))
+    if video is not None and (seen.camera is not None or clip.video is not None):
+        overlay.check_video(video, seen.times_s, seen.camera)
+    return Inputs(seen, *_settings(clip))
+
+
+def _settings(clip: Clip) -> tuple[Scene, Plan]:
+    return scenes.read(clip.scene) if clip.scene is not None else Scene(), plans.read(clip.plan)
+
+
+def shown(clip: Clip) -> str | None:
+    """The video that the overlay is drawn on: an input that is one, if no other is given."""
+    is_video = Path(clip.input).is_file() and evidence.is_video(clip.input)
+    return clip.input if clip.video is None and is_video else clip.video
+
+
+def _times_s(clip: Clip) -> Array:
+    """Times of an input's frames; landmarks of a video are not looked for."""
+    if shown(clip) != clip.input:
+        uniform, _ = evidence.resample(read(clip).evidence)
+        return uniform.times_s
+    capture = cv2.VideoCapture(clip.input)
+    try:
+        count, rate = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+    finally:
+        capture.release()
+    if count < 2 or rate <= 0:
+        raise InputError(f"{clip.input}: found {count:.0f} frames at {rate:g} Hz; valid: a whole video")
+    times: Array = np.arange(int(count)) / (clip.fps or rate)
+    return times
 
 
 def survey(clip: Clip) -> dict[str, Any]:
@@ -73,34 +107,32 @@ def survey(clip: Clip) -> dict[str, Any]:
     """
     try:
         with quiet():
-            inputs = read(clip)
-            uniform, _ = evidence.resample(inputs.evidence)
-            clock = schedule.clock(uniform.times_s, inputs.plan.simulation.timestep_max_s)
-            times = inputs.evidence.times_s
+            (scene, plan), times = _settings(clip), _times_s(clip)
+            clock = schedule.clock(times, plan.simulation.timestep_max_s)
             return {
                 "name": clip.name,
-                "key": key(clip, inputs),
-                "plan_key": digest({"plan": plans.to_dict(inputs.plan), "code": code_digest()}),
+                "key": key(clip, scene, plan),
+                "plan_key": digest({"plan": plans.to_dict(plan), "code": code_digest()}),
                 "video_s": float(times[-1] - times[0]),
                 "frames": len(times),
-                "windows": len(schedule.cut(clock, inputs.plan)),
+                "windows": len(schedule.cut(clock, plan)),
             }
     except Exception as error:  # one clip that can't be read must not end a night of others
         return failure(clip.name, error)
 
 
-def key(clip: Clip, inputs: Inputs) -> str:
+def key(clip: Clip, scene: Scene, plan: Plan) -> str:
     """Hash of all that a clip's result depends on: files, plan, scene, options, versions and the code."""
-    files = {name: getattr(clip, name) for name in ("input", "keypoints", "video")}
-    meshes = [value for item in inputs.scene.items for value in item.parameters.values()]
-    paths = [Path(inputs.scene.folder) / value for value in meshes if isinstance(value, str)]
+    files = {name: getattr(clip, name) for name in ("input", "keypoints", "video", "camera")}
+    meshes = [value for item in scene.items for value in item.parameters.values()]
+    paths = [Path(scene.folder) / value for value in meshes if isinstance(value, str)]
     options = {name: value for name, value in asdict(clip).items() if name not in (*files, "name", "scene")}
     del options["plan"]
     content = {
         "files": {name: _hash(Path(path)) for name, path in files.items() if path is not None},
         "meshes": [_hash(path) for path in paths if path.is_file()],
-        "scene": scenes.dumps(inputs.scene),
-        "plan": plans.to_dict(inputs.plan),
+        "scene": scenes.dumps(scene),
+        "plan": plans.to_dict(plan),
         "options": options,
         "versions": report.versions(),
         "code": code_digest(),
@@ -126,10 +158,13 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
     """What a short piece of a clip costs: two windows on one thread.
 
     Returns:
-        `kinematics_s` per second of video, `first_s` and `window_s` of the first and a further window,
+        `kinematics_s` (with the reading) per second of video, `first_s` and `window_s` of the first and a further window,
         `fixed_bytes`, and `bytes` per second of video.
     """
+    began = time.perf_counter()
     inputs = read(clip)
+    times = inputs.evidence.times_s
+    reading_s = (time.perf_counter() - began) / float(times[-1] - times[0])
     length_s = inputs.plan.window.length_s + inputs.plan.window.commit_s
     piece = shortened(inputs.evidence, length_s)
     scene = inputs.scene
@@ -137,13 +172,13 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
         scene = replace(scene, ground=replace(scene.ground, stiffness_Npm=None, damping_Nspm=None))
     with quiet():
         made = reconstruct.reconstruct(piece, scene, inputs.plan, seed=clip.seed, threads=1)
-        results.write(scratch, made, plan_name=clip.plan, seed=clip.seed, video=clip.video)
+        results.write(scratch, made, plan_name=clip.plan, seed=clip.seed, video=shown(clip))
     seconds = [window.seconds for window in made.windows]
     video_s = float(piece.times_s[-1] - piece.times_s[0])
     size = {path.name: path.stat().st_size for path in Path(scratch).iterdir()}
     growing = sum(size.get(name, 0) for name in (folder.MOTION, "overlay.mp4"))
     return {
-        "kinematics_s": made.seconds["kinematics"] / video_s,
+        "kinematics_s": reading_s + made.seconds["kinematics"] / video_s,
         "first_s": seconds[0],
         "window_s": seconds[-1],
         "bytes": growing / video_s,

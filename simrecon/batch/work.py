@@ -101,7 +101,7 @@ def _solve(
         plan_name=clip.plan,
         seed=clip.seed,
         input_name=clip.input,
-        video=clip.video,
+        video=inputs.shown(clip),
         calibration=found,
     )
     places.thumbnail(clip.name).parent.mkdir(parents=True, exist_ok=True)

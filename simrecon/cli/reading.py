@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
 
 from simrecon import evidence
 from simrecon.cli import arguments
-from simrecon.evidence import formats, lens
-from simrecon.evidence.lens import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.errors import InputError
+from simrecon.evidence import formats
+from simrecon.evidence.lens import read as read_camera
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M
-from simrecon.types import Evidence
+from simrecon.evidence.video import weights
+from simrecon.progress import Progress
+from simrecon.types import Camera, Evidence
+
+RATE_RANGE_HZ = (2.0, 2000.0)
+FOV_RANGE_DEG = (1.0, 170.0)
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -35,11 +48,20 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="horizontal field of view of the camera",
     )
     add_one("--size", type=_size, metavar="WxH", help="of the image in pixels [that of --video]")
+    add_one("--camera", metavar="FILE", help="the camera: TOML; OpenCV's YAML; Pose2Sim's, Caliscope's")
+    add_one("--camera-name", metavar="NAME", help="which camera of that file")
+    group = parser.add_argument_group("a video as INPUT (needs the extra video, and simrecon models fetch)")
+    group.add_argument(
+        "--person-at", type=_place, metavar="X,Y", help="pixel of the first frame where the person is"
+    )
+    group.add_argument("--model", choices=weights.MODELS, help="pose network [the first that is there]")
 
 
 def read(options: argparse.Namespace) -> Evidence:
     """Read the input, and say on stderr how it was understood."""
-    rate, size = lens.probe(options.video) if options.video is not None else (None, None)
+    rate, size = _video(options.video) if options.video is not None else (None, None)
+    camera, lens = _lens(options, options.size or size)
+    label = Path(options.input).name
     asked = evidence.Options(
         format=options.format,
         up=options.up,
@@ -48,17 +70,79 @@ def read(options: argparse.Namespace) -> Evidence:
         person=options.person,
         fps=options.fps,
         video_fps=rate,
-        camera=lens.from_fov(options.fov, options.size or size),
+        camera=camera,
+        lens=lens,
+        person_at=options.person_at,
+        model=options.model,
     )
-    found = evidence.read(
-        options.input,
-        asked,
-        keypoints=options.keypoints,
-        keypoints_person=options.keypoints_person,
-    )
+    with _Frames(label) as frames:
+        found = evidence.read(
+            options.input,
+            replace(asked, progress=frames),
+            keypoints=options.keypoints,
+            keypoints_person=options.keypoints_person,
+        )
     for line in found.reading.splitlines():
         print(f"read as {line}", file=sys.stderr)
     return found
+
+
+class _Frames:
+    """Progress of detection; nothing is shown for inputs that are read at once."""
+
+    def __init__(self, label: str) -> None:
+        self._label = label
+        self._bar: Progress | None = None
+
+    def __enter__(self) -> _Frames:
+        return self
+
+    def __exit__(self, *failed: Any) -> None:
+        if self._bar is not None:
+            self._bar.__exit__(*failed)
+
+    def __call__(self, done: float, total: float) -> None:
+        if self._bar is None:
+            self._bar = Progress(total, f"landmarks of {self._label}").__enter__()
+        self._bar.update(done)
+
+
+def is_video(path: Any) -> bool:
+    """Whether an input is a video, which is then also what the overlay is drawn on."""
+    return Path(path).is_file() and evidence.is_video(path)
+
+
+def _lens(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Camera | None, str]:
+    if options.camera_name is not None and options.camera is None:
+        raise InputError("--camera-name: found no camera file; valid: --camera FILE beside it")
+    if options.camera is not None:
+        if options.fov is not None:
+            raise InputError("--camera: found --fov beside it; valid: one of them")
+        hint = str(options.video or options.input)
+        return read_camera(options.camera, name=options.camera_name, size_px=size, up=options.up, hint=hint)
+    if options.fov is None:
+        return None, ""
+    return _pinhole(options, size), f"--fov {options.fov:g}"
+
+
+def _pinhole(options: argparse.Namespace, size: tuple[int, int] | None) -> Camera:
+    if size is None:
+        raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
+    focal = size[0] / 2 / math.tan(math.radians(options.fov) / 2)
+    matrix = np.array([[focal, 0.0, size[0] / 2], [0.0, focal, size[1] / 2], [0.0, 0.0, 1.0]])
+    return Camera(matrix, np.zeros(5), None, size)
+
+
+def _video(path: Any) -> tuple[float | None, tuple[int, int] | None]:
+    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
+    capture = cv2.VideoCapture(str(path))
+    try:
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+    finally:
+        capture.release()
+    low, high = RATE_RANGE_HZ
+    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -68,3 +152,10 @@ def _size(text: str) -> tuple[int, int]:
             f"found {text!r}; valid: width x height in pixels, such as 1920x1080"
         )
     return int(found[1]), int(found[2])
+
+
+def _place(text: str) -> tuple[float, float]:
+    found = arguments.numbers(text)
+    if len(found) != 2 or min(found) < 0:
+        raise argparse.ArgumentTypeError(f"found {text!r}; valid: x,y in pixels, such as 640,360")
+    return found[0], found[1]

@@ -32,7 +32,7 @@ def add(commands: Any) -> None:
     _add_settings(demo)
 
     run = arguments.command(commands, "run", _run, "from evidence to a simulated motion")
-    run.add_argument("input", metavar="INPUT", help="evidence, a network's output or motion capture")
+    run.add_argument("input", metavar="INPUT", help="a video, evidence, a network's output or motion capture")
     run.add_argument("-o", dest="output", metavar="OUT", required=True, help="result folder, which is made")
     _add_settings(run)
     reading.add(run)
@@ -76,14 +76,31 @@ def _add_settings(parser: argparse.ArgumentParser, plan_name: str | None = "defa
 
 
 def _run(options: argparse.Namespace) -> int:
+    results.check_writable(options.output)
+    plan.read(options.plan)
+    is_video = reading.is_video(options.input)
+    if is_video and options.video is None:
+        options.video = options.input
     given = reading.read(options)
     evidence.check_names(given, names.valid_names(), options.input)
+    if is_video:
+        options.input, given = _keep(options.output, given)
     if options.height_m is not None:
         given = replace(given, height_m=options.height_m)
     if options.mass_kg is not None:
         given = replace(given, mass_kg=options.mass_kg)
     things = scene.read(options.scene) if options.scene else Scene()
     return _make(options, given, things, wanted=_wanted(options))
+
+
+def _keep(output: str, given: Evidence) -> tuple[str, Evidence]:
+    """Write a video's evidence beside the result, to be looked at or run again, and go on from it."""
+    path = Path(output).resolve()
+    path = path.with_name(f"{path.name}.evidence.npz")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    evidence.write(path, given)
+    print(f"evidence written to {path}", file=sys.stderr)
+    return str(path), replace(evidence.read(path), reading=given.reading)
 
 
 def _wanted(options: argparse.Namespace) -> Wanted | None:

@@ -90,7 +90,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         mjcf=mjcf,
         clock=clock,
         plan=plan,
-        prior=prior.gaussian(skeleton),
+        prior=prior.make(plan.loss.prior_model, skeleton),
         every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
         qpos=qpos,
         qvel0=rollout.velocities(model, qpos[:3], clock.frame_s)[0],

@@ -58,6 +58,7 @@ class Task:
             problem.rays[rows],
             problem.scores[rows],
         )
+        self._prior_rows, self._prior_share = _subset(len(rows), problem)
         optimiser = problem.plan.optimiser
         free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
         self._free = 2 * rollout.person(problem.model).nv if free else 0
@@ -137,6 +138,10 @@ class Task:
             terms["pose"] = losses.pose(orientations, target.orientations)
         if weights.landmark:
             terms["landmark"] = losses.landmark(points, target.points_m, problem.point_weights)
+        if weights.landmark_velocity:
+            terms["landmark_velocity"] = losses.landmark_velocity(
+                points, target.points_m, problem.point_weights, problem.interval_s
+            )
         if weights.reprojection and problem.world_to_camera is not None:
             terms["reprojection"] = losses.reprojection(
                 points, target.rays, target.scores, problem.world_to_camera
@@ -144,7 +149,8 @@ class Task:
         if weights.joint_limit:
             terms["joint_limit"] = losses.joint_limit(losses.joint_rotvecs(orientations), problem.limits_rad)
         if weights.prior:
-            terms["prior"] = losses.prior(problem.prior.latent(orientations[..., 1:, :]))
+            seen = orientations[:, self._prior_rows, 1:]
+            terms["prior"] = losses.prior(problem.prior.latent(seen)) * self._prior_share
         if weights.total_variation:
             terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
         return {name: getattr(weights, name) * value for name, value in terms.items()}
@@ -157,11 +163,13 @@ class Task:
         problem, target, weights = self.problem, self._targets, self.problem.plan.loss
         points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
-        off = rolled.com_m - target.com_m
+        com_off, off = rolled.com_m - target.com_m, points - target.points_m
+        rate = 1.0 / problem.interval_s
         terms = [
-            Term(off, weights.com_position),
-            Term(np.diff(off, axis=1) / problem.interval_s, weights.com_velocity),
-            Term(points - target.points_m, weights.landmark * problem.point_weights),
+            Term(com_off, weights.com_position),
+            Term(rate * np.diff(com_off, axis=1), weights.com_velocity),
+            Term(off, weights.landmark * problem.point_weights),
+            Term(rate * np.diff(off, axis=1), weights.landmark_velocity * problem.point_weights),
         ]
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
@@ -194,3 +202,10 @@ class Task:
             handover=Handover(states[-1], knots),
             **result,  # type: ignore[arg-type]
         )
+
+
+def _subset(frames: int, problem: Problem) -> tuple[IntArray, float]:
+    """Of the F frames of the loss, those that the prior looks at, and how many each stands for."""
+    stride = max(1, round(1 / (problem.plan.loss.prior_rate_hz * problem.interval_s)))
+    rows = np.arange(frames - 1, -1, -stride)[::-1]
+    return rows, frames / len(rows)

@@ -24,6 +24,7 @@ from simrecon.evidence.arrays import Arrays, listed, parse_npz
 from simrecon.evidence.limits import MAX_BYTES, decompressed, size_text
 
 _VIDEO = (b"\x1a\x45\xdf\xa3", b"RIFF", b"\x00\x00\x01\xba", b"\x00\x00\x01\xb3", b"FLV")
+_MOVIE_BOXES = (b"ftyp", b"moov", b"mdat", b"wide")
 _NPY = b"\x93NUMPY"
 _JSON_FILES_MAX = 500_000
 
@@ -53,6 +54,9 @@ class Content:
     @cached_property
     def sha256(self) -> str:
         """Of the bytes of the file; of a folder, of those of its JSON files in the order of their names."""
+        if self.kind == "video":  # of any size
+            with self.path.open("rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
         if self.kind != "folder":
             return hashlib.sha256(self.raw).hexdigest()
         total = hashlib.sha256()
@@ -104,12 +108,21 @@ def open_content(path: str | os.PathLike[str]) -> Content:
     return Content(path, kind)
 
 
+def is_video(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is a video, by its first bytes.
+
+    Raises:
+        InputError: as `open_content`.
+    """
+    return open_content(path).kind == "video"
+
+
 def _kind(path: Path, head: bytes) -> str:
     if head.startswith(b"PK\x03\x04"):
         return "torch" if _is_torch(path) else "npz"
     if head.startswith(_NPY):
         return "npy"
-    if head[4:8] == b"ftyp" or head.startswith(_VIDEO):
+    if head[4:8] in _MOVIE_BOXES or head.startswith(_VIDEO) or (head[:1] == b"G" and head[188:189] == b"G"):
         return "video"
     if len(head) > 1 and head[1] == 0x50 and head[0] < 0x20 and head[0] > 0:
         return "c3d"

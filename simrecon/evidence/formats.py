@@ -19,6 +19,7 @@ from simrecon.evidence.keypoints import flat, people3d
 from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
+from simrecon.evidence.video import reader as video
 from simrecon.types import Evidence
 
 NO_LENS = (
@@ -73,6 +74,7 @@ READERS: tuple[Reader, ...] = (
     Reader("trc", "TRC", trc.matches, trc.read),
     Reader("mot", "MOT", trc.matches_mot, trc.read_mot),
     Reader("c3d", "C3D", c3d.matches, c3d.read),
+    Reader("video", "video", video.matches, video.read),
 )
 
 

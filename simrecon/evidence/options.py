@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +36,11 @@ class Options:
         person: which one, as the file names it.
         fps: frame rate, Hz; takes precedence over that of the file.
         video_fps: frame rate of the video, for files without one.
-        camera: the lens, for files with landmarks only.
+        camera: the lens, for files with landmarks only and videos.
+        lens: where that is from, for the reading.
+        person_at: a place in the image, x and y in pixels, where the person is; for videos.
+        model: of the pose network, for videos; the best one that is there if None.
+        progress: told how many frames of a video are done, and how many there are.
     """
 
     format: str | None = None
@@ -46,6 +51,10 @@ class Options:
     fps: float | None = None
     video_fps: float | None = None
     camera: Camera | None = None
+    lens: str = "as given"
+    person_at: tuple[float, float] | None = None
+    model: str | None = None
+    progress: Callable[[float, float], None] | None = None
 
     @property
     def rate_hz(self) -> float | None:

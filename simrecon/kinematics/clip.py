@@ -178,6 +178,7 @@ def _observe(
         scale_sigma=SCALE_SIGMA[known_scale],
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
+        prior=prior.make(plan.prior_model, skeleton),
     )
 
 

@@ -23,6 +23,9 @@ from simrecon.kinematics.objective import (
 )
 from simrecon.types import Array, Skeleton
 
+# Twists that nothing sees must have some unit where a plan has no prior.
+LEAST_PRIOR = 2e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Conditioning:
@@ -96,7 +99,7 @@ def condition(objective: Objective, depth_m: float) -> Conditioning:
     levers, below = _levers(skeleton)
     weight = image + estimate
     turning = np.sum(below * levers * weight, axis=1)  # (17,)
-    held = np.concatenate((np.full((1, 3), 0.1), 2 * w.prior / see.spread**2))  # (17, 3)
+    held = np.concatenate((np.full((1, 3), 0.1), 2 * max(w.prior, LEAST_PRIOR) / see.spread**2))  # (17, 3)
     swing = 2 * w.smooth_position * np.sum(below * levers, axis=1) / SIGMA_SMOOTH_MPS2**2  # (17,)
     swing = swing + 2 * w.smooth_rotation / SIGMA_SMOOTH_RADPS2**2
     joints = dt * ((turning[:, None] + held)[:, None] + swing[:, None, None] * wave[:, None])  # (17, T, 3)

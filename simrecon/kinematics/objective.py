@@ -10,6 +10,7 @@ from simrecon import rotations
 from simrecon import scene as scenes
 from simrecon.kinematics import forward, terms
 from simrecon.plan import Kinematics
+from simrecon.prior import Prior
 from simrecon.types import Array, IntArray, Primitive, Scene, Skeleton
 
 SIGMA_LIMIT_RAD = 0.1
@@ -38,7 +39,8 @@ class Observations:
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
         standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
         scale_sigma: how well the skeleton's scale is known (natural logarithm).
-        neutral, spread: (16, 3) mean and standard deviation of the joints' rotation vectors (pose prior).
+        neutral, spread: (16, 3) of the joints' rotation vectors: where the search begins, its scale.
+        prior: on poses.
     """
 
     interval_s: float
@@ -55,6 +57,7 @@ class Observations:
     scale_sigma: float
     neutral: Array
     spread: Array
+    prior: Prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,9 +278,10 @@ class Objective:
         loss, g = terms.acceleration(joints, dt, SIGMA_SMOOTH_RADPS2)
         self.terms["smooth_rotation"] = w.smooth_rotation * dt * loss
         gradient[1:] += w.smooth_rotation * dt * g
-        latent = (joints - see.neutral[:, None]) / see.spread[:, None]
-        self.terms["prior"] = w.prior * dt * float(np.sum(latent**2))
-        gradient[1:] += w.prior * dt * 2 * latent / see.spread[:, None]
+        if w.prior:
+            squared, g = see.prior.squared(np.swapaxes(joints, 0, 1))
+            self.terms["prior"] = w.prior * dt * float(np.sum(squared))
+            gradient[1:] += w.prior * dt * np.swapaxes(g, 0, 1)
         return gradient
 
 

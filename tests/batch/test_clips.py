@@ -17,12 +17,14 @@ def touch(folder: Path, *names: str) -> None:
 
 
 def test_a_folder_gives_its_inputs_and_nothing_else(tmp_path: Path) -> None:
-    touch(tmp_path, "b.npz", "a.bvh", "a.mp4", "notes.txt", ".hidden.npz", "deep/er/c.pkl", "m.toml")
+    touch(
+        tmp_path, "b.npz", "a.bvh", "a.mp4", "film.mp4", "notes.txt", ".hidden.npz", "deep/er/c.pkl", "m.toml"
+    )
     touch(tmp_path, "out/batch.jsonl", "out/x/motion.npz", "earlier/report.json", "earlier/motion.npz")
     touch(tmp_path, "op/000_keypoints.json", "op/001_keypoints.json")
     found = clips.collect([str(tmp_path)])
-    assert [clip.name for clip in found] == ["a", "b", "deep_er_c", "op"]
-    assert found[3].input == str(tmp_path / "op")
+    assert [clip.name for clip in found] == ["a", "b", "deep_er_c", "film", "op"]
+    assert found[4].input == str(tmp_path / "op")
 
 
 def test_globs_and_files(tmp_path: Path) -> None:

@@ -25,6 +25,9 @@ LOSSES = {
     "total_variation": 0.0,
     "joint_limit": 0.0,
     "landmark": 0.0,
+    "landmark_velocity": 0.0,
+    "prior_model": "gaussian",
+    "prior_rate_hz": 30.0,
     "rate_hz": 30.0,
 }
 
@@ -37,7 +40,7 @@ def settings(
     generations: int = 5,
     start: float = 0.0,
     descent: int = 0,
-    **losses: float,
+    **losses: float | str,
 ) -> Plan:
     return Plan(
         "a test",

@@ -81,7 +81,7 @@ UNKNOWN = {
     "damaged json": (b"[1, 2", "damaged JSON"),
     "deep json": (b"[" * 100_000, "damaged JSON"),
     "zip": (b"PK\x03\x04" + bytes(50), "damage"),
-    "video": (b"\x00\x00\x00\x18ftypmp42" + bytes(50), "a video of no known format"),
+    "video": (b"\x00\x00\x00\x18ftypmp42" + bytes(50), "can't be opened as a video"),
     "lz4": (b"\x04\x22\x4d\x18" + bytes(50), "found lz4 compression; valid: none, zlib"),
 }
 

@@ -141,6 +141,7 @@ def weights() -> Kinematics:
         smooth_position=0.1,
         smooth_rotation=0.05,
         prior=0.002,
+        prior_model="gaussian",
         limit=1.0,
         penetration=1.0,
         contact=2.0,

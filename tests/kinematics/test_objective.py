@@ -17,7 +17,7 @@ from simrecon.plan import Kinematics
 from simrecon.types import Array, Ground, Scene, SceneItem
 
 T = 4
-SCALES = ("keypoint_scale_px", "joint_scale_m", "place_scale_m", "evaluations")
+SCALES = ("keypoint_scale_px", "joint_scale_m", "place_scale_m", "prior_model", "evaluations")
 WEIGHTS = tuple(field.name for field in fields(Kinematics) if field.name not in SCALES)
 BOX = SceneItem("step", "box", (0.25, 0.1, 0.0), {"size_m": (0.4, 0.8, 0.12)}, yaw_rad=0.3)
 
@@ -48,6 +48,7 @@ def objective(make, weights) -> Objective:
         scale_sigma=0.1,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
+        prior=gaussian,
     )
     base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.1, 0.0, 0.4]))), (T, 3, 3))
     touch = contact_points(skeleton, primitives.make(skeleton, 1.75, 70.0, 0.0))

@@ -1,24 +1,13 @@
-"""Pose priors: how unusual a pose is, as the length of a latent code z(q) (Gärtner 2022 eq. 4).
-
-A prior is anything with `latent(joints)`. The Gaussian here is the first one; it needs no training data.
-"""
+"""A Gaussian pose prior, joint by joint (`models/prior/gaussian.toml`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from simrecon import resources, rotations
 from simrecon.types import Array, Skeleton
-
-
-class Prior(Protocol):
-    """Maps poses to latent codes whose length says how unusual they are."""
-
-    def latent(self, joints: Array) -> Array:
-        """Latent codes (..., D) of joint quaternions (..., 16, 4) as they stand in `qpos`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +26,11 @@ class Gaussian:
         """Standard scores (..., 48) of joint quaternions (..., 16, 4)."""
         z = (rotations.log(joints) - self.mean_rad) / self.spread_rad
         return z.reshape(*joints.shape[:-2], -1)
+
+    def squared(self, rotvecs: Array) -> tuple[Array, Array]:
+        """‖z‖² (...) of rotation vectors (..., 16, 3) and its gradient, (..., 16, 3)."""
+        z = (rotvecs - self.mean_rad) / self.spread_rad
+        return np.sum(z**2, axis=(-2, -1)), 2 * z / self.spread_rad
 
 
 def gaussian(skeleton: Skeleton) -> Gaussian:

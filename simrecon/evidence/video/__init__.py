@@ -1,0 +1,1 @@
+"""Video to evidence: decoding, BlazePose, tracking of one person, weights, lenses."""

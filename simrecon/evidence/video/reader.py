@@ -1,0 +1,134 @@
+"""Evidence of a video."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon.evidence.content import Content
+from simrecon.evidence.options import Options
+from simrecon.evidence.video import detection, frames, metadata, weights
+from simrecon.evidence.video.blazepose import NAMES
+from simrecon.evidence.video.detection import Detection
+from simrecon.evidence.video.tracker import Choice
+from simrecon.types import Array, Camera, Evidence
+
+LENSES = "--camera FILE, or --fov DEGREES across the image (many phones: 60 to 70, upright 37 to 43)"
+RATE_ERROR_MAX = 0.02
+
+
+def matches(content: Content) -> bool:
+    """Whether the file is a video."""
+    return content.kind == "video"
+
+
+def read(content: Content, options: Options) -> Evidence:
+    """Evidence of the landmarks of one person.
+
+    Raises:
+        InputError: no lens, no weights, no extra, a damaged video, or no such person.
+    """
+    info = frames.probe(content.path)
+    camera, lens = _lens(content, options, info)
+    choice = _choice(content, options)
+    model = options.model or weights.best()
+    found, cached = detection.detect(content.path, content.sha256, model, choice, options.progress)
+    times, clock = _times(content, found, info, options.fps)
+    if len(times) < 2:
+        raise content.fail("frames", "a single frame", "a video of two frames or more")
+    seen = found.seen
+    size = f"{info.size_px[0]} x {info.size_px[1]} px{_turned(info)}"
+    reading = [
+        f"{content.path.name}, {size}, {len(times)} frames, {clock}",
+        f"lens: {lens}",
+        f"BlazePose {model}{', from the cache' if cached else _speed(found)}: {_whom(found, choice)}",
+        *_notes(found, info, seen, times),
+    ]
+    return Evidence(
+        times_s=times,
+        keypoint_names=NAMES,
+        keypoints_px=found.points_px,
+        scores=np.where(seen[:, None], found.scores, 0.0).clip(0.0, 1.0),
+        joint_names=NAMES,
+        joints_m=found.world_m,
+        joints_frame="camera_root_relative",
+        camera=camera,
+        sha256=content.sha256,
+        reading="; ".join(reading),
+    )
+
+
+def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera, str]:
+    if options.camera is not None:
+        width, height = options.camera.image_size_px
+        if (width, height) != info.size_px:
+            found = f"a camera of {width} x {height} for a video of {info.size_px[0]} x {info.size_px[1]} px"
+            raise content.fail("image size", found, "the video's size, which needs no --size")
+        return options.camera, options.lens
+    focal = metadata.focal_35mm(content.path)
+    if focal is None:
+        raise content.fail("lens", "none in the video", LENSES)
+    size = info.size_px
+    pixels = metadata.focal_px(focal, size)
+    matrix = np.array([[pixels, 0.0, (size[0] - 1) / 2], [0.0, pixels, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
+    return Camera(
+        matrix, np.zeros(5), None, size
+    ), f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
+
+
+def _choice(content: Content, options: Options) -> Choice:
+    if options.person is not None and options.person_at is not None:
+        raise content.fail("--person", "--person-at beside it", "one of them")
+    if options.person is None:
+        return Choice(at_px=options.person_at)
+    if not (options.person.isdecimal() and 1 <= int(options.person) <= detection.PEOPLE_MAX):
+        raise content.fail("--person", repr(options.person), "1 (the largest), 2, …; or --person-at X,Y")
+    return Choice(number=int(options.person))
+
+
+def _times(content: Content, found: Detection, info: frames.Info, fps: float | None) -> tuple[Array, str]:
+    """Times of the frames from 0 on, and where they are from."""
+    stamps, count = found.stamps_s, len(found.stamps_s)
+    if fps is not None:
+        return np.arange(count) / fps, f"{fps:g} Hz as given"
+    intervals = np.diff(stamps)
+    if count > 1 and np.isfinite(stamps).all() and (intervals > 0).all():
+        mean = float(intervals.mean())
+        even = float(np.abs(stamps - stamps[0] - mean * np.arange(count)).max()) < 0.25 * mean
+        kind = f"{1 / mean:.4g} Hz" if even else f"variable rate, {1 / mean:.4g} Hz on average"
+        return stamps - stamps[0], kind
+    if info.rate_hz is None:
+        raise content.fail("frame rate", "neither time stamps nor a rate", "--fps N")
+    return np.arange(count) / info.rate_hz, f"{info.rate_hz:.4g} Hz (no usable time stamps)"
+
+
+def _turned(info: frames.Info) -> str:
+    return f" (turned by {info.rotation_deg}°)" if info.rotation_deg else ""
+
+
+def _speed(found: Detection) -> str:
+    return f", {np.median(found.frame_ms):.0f} ms a frame"
+
+
+def _whom(found: Detection, choice: Choice) -> str:
+    count = len(found.people_px)
+    start = int(np.argmax(found.seen))
+    if count < 2:
+        text = "one person"
+    else:
+        others = detection.described(found.people_px)
+        reason = "as asked for" if choice != Choice() else "the largest; --person or --person-at chooses"
+        text = f"person {found.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
+    return text
+
+
+def _notes(found: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array) -> list[str]:
+    notes = []
+    if not seen.all():
+        notes.append(f"unseen in {int((~seen).sum())} of {len(times)} frames, lost {found.losses} times")
+    for part, count in zip(("arms", "legs"), found.swapped.sum(axis=0), strict=True):
+        if count:
+            notes.append(f"left and right {part} exchanged in {int(count)} frames")
+    if info.count > 0 and len(times) < (1 - RATE_ERROR_MAX) * info.count:
+        notes.append(f"only {len(times)} of {info.count} frames could be decoded")
+    return notes

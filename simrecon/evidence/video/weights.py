@@ -1,0 +1,271 @@
+"""The weights of BlazePose: where they are kept, whether they are whole, and how they are fetched.
+
+They are Apache-2.0, no part of simrecon, and come out of published packages by the package clients that are
+there: npm (every model) or pip (detector and `full`). Each file is compared with its SHA-256.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from simrecon.errors import InputError, SimreconError
+
+NPM_PACKAGE = "@mediapipe/pose@0.5.1675469404"
+PIP_PACKAGE = "mediapipe==0.10.21"
+# The wheel is only unpacked: any platform's will do, whatever Python runs here.
+PIP_TARGET = (
+    "--python-version",
+    "3.11",
+    "--implementation",
+    "cp",
+    "--abi",
+    "cp311",
+    "--platform",
+    "manylinux_2_28_x86_64",
+)
+MODELS = ("heavy", "full", "lite")
+COMMAND = "simrecon models fetch"
+_SIZE_MAX = 64 << 20
+_TIMEOUT_S = 1800.0
+
+
+@dataclass(frozen=True)
+class Weights:
+    """One file.
+
+    Attributes:
+        name: `detector` or one of `MODELS`.
+        file: its name in the cache.
+        sha256: of the file as npm has it, and as pip has it where it differs.
+        npm, pip: its path in the packages, None where it is in none.
+        purpose: a few words.
+    """
+
+    name: str
+    file: str
+    sha256: tuple[str, ...]
+    npm: str | None
+    pip: str | None
+    purpose: str
+
+
+TABLE: tuple[Weights, ...] = (
+    Weights(
+        "detector",
+        "pose_detection.tflite",
+        (
+            "a63c614bef30d35947f13be361820b1e4e3bec9cfeebf4d11216a18373108e85",
+            "9ba9dd3d42efaaba86b4ff0122b06f29c4122e756b329d89dca1e297fd8f866c",
+        ),
+        "package/pose_solution_packed_assets.data",
+        "mediapipe/modules/pose_detection/pose_detection.tflite",
+        "finds people",
+    ),
+    Weights(
+        "heavy",
+        "pose_landmark_heavy.tflite",
+        ("59e42d71bcd44cbdbabc419f0ff76686595fd265419566bd4009ef703ea8e1fe",),
+        "package/pose_landmark_heavy.tflite",
+        None,
+        "landmarks, most accurate",
+    ),
+    Weights(
+        "full",
+        "pose_landmark_full.tflite",
+        ("e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f",),
+        "package/pose_landmark_full.tflite",
+        "mediapipe/modules/pose_landmark/pose_landmark_full.tflite",
+        "landmarks, faster",
+    ),
+    Weights(
+        "lite",
+        "pose_landmark_lite.tflite",
+        ("f17bfbecadb61c3be1baa8b8d851cc6619c870a87167b32848ad20db306b9d61",),
+        "package/pose_landmark_lite.tflite",
+        None,
+        "landmarks, fastest",
+    ),
+)
+
+Runner = Callable[[Sequence[str], Path], None]
+
+
+def cache_folder() -> Path:
+    """`SIMRECON_CACHE`, else `simrecon` in `XDG_CACHE_HOME`, else in `~/.cache`."""
+    if given := os.environ.get("SIMRECON_CACHE"):
+        return Path(given)
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if base.startswith("/") else Path.home() / ".cache") / "simrecon"
+
+
+def folder() -> Path:
+    """Of the weights."""
+    return cache_folder() / "weights"
+
+
+def entry(name: str) -> Weights:
+    """The row of the table by name."""
+    return next(one for one in TABLE if one.name == name)
+
+
+def state(one: Weights) -> str:
+    """`there`, `missing` or `damaged`."""
+    path = folder() / one.file
+    if not path.is_file():
+        return "missing"
+    stat = path.stat()
+    return "there" if _digest(path, stat.st_mtime_ns, stat.st_size) in one.sha256 else "damaged"
+
+
+@cache
+def _digest(path: Path, _changed: int, _size: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def find(name: str) -> tuple[Path, str]:
+    """The file of a network and its SHA-256.
+
+    Raises:
+        InputError: missing or damaged; the message is the command to type.
+    """
+    one = entry(name)
+    path, found = folder() / one.file, state(one)
+    if found == "missing":
+        raise InputError(f"{path}: the weights of BlazePose ({name}) are not there; fetch them: {COMMAND}")
+    if found == "damaged":
+        raise InputError(f"{path}: found other content than its SHA-256 says; fetch it again: {COMMAND}")
+    stat = path.stat()
+    return path, _digest(path, stat.st_mtime_ns, stat.st_size)
+
+
+def default() -> tuple[str, ...]:
+    """The models to fetch when none is named: what npm has, or what pip has where there is no npm."""
+    return ("heavy", "full") if shutil.which("npm") else ("full",)
+
+
+def best() -> str:
+    """The most accurate model that is there; `heavy` if none is."""
+    return next((name for name in MODELS if state(entry(name)) != "missing"), MODELS[0])
+
+
+def run(command: Sequence[str], cwd: Path) -> None:
+    """Run a package client.
+
+    Raises:
+        SimreconError: it failed; the message ends with the last line that it wrote.
+    """
+    try:
+        done = subprocess.run(
+            command,
+            cwd=cwd,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=_TIMEOUT_S,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise SimreconError(f"{command[0]}: {error}") from error
+    if done.returncode:
+        lines = [line.strip() for line in done.stdout.splitlines() if line.strip()]
+        said = next((line for line in reversed(lines) if "rror" in line), lines[-1] if lines else "no output")
+        raise SimreconError(f"{command[0]} failed with status {done.returncode}: {said}")
+
+
+def fetch(wanted: Sequence[str], *, force: bool = False, runner: Runner = run) -> dict[str, str]:
+    """Get weights that are missing or damaged, by npm where it is there, else by pip.
+
+    Args:
+        wanted: names.
+        force: also get what is there.
+        runner: runs a command in a folder.
+
+    Returns:
+        What happened to each: `there`, or `fetched by npm` or `pip`.
+
+    Raises:
+        SimreconError: some are still missing; what was got is kept.
+    """
+    entries = [entry(name) for name in wanted]
+    report = {one.name: "there" for one in entries if state(one) == "there" and not force}
+    left = [one for one in entries if one.name not in report]
+    failures: list[str] = []
+    for client, get in (("npm", _by_npm), ("pip", _by_pip)):
+        offered = [one for one in left if getattr(one, client) is not None]
+        if not offered:
+            continue
+        if client == "npm" and shutil.which("npm") is None:
+            failures.append("npm is not there")
+            continue
+        try:
+            with tempfile.TemporaryDirectory(prefix="simrecon-") as place:
+                get(Path(place), offered, runner)
+        except (SimreconError, OSError, tarfile.TarError, zipfile.BadZipFile) as error:
+            failures.append(str(error))
+            continue
+        report |= {one.name: f"fetched by {client}" for one in offered}
+        left = [one for one in left if one.name not in report]
+    if left:
+        names = ", ".join(one.name for one in left)
+        have = f" (got {', '.join(report)})" if report else ""
+        raise SimreconError(f"models: could not fetch {names}{have}: {'; '.join(failures)}")
+    return report
+
+
+def _by_npm(place: Path, wanted: Sequence[Weights], runner: Runner) -> None:
+    runner(("npm", "pack", NPM_PACKAGE, "--pack-destination", str(place), "--silent"), place)
+    with tarfile.open(_only(place, "*.tgz"), "r:gz") as archive:
+        for one in wanted:
+            member = archive.getmember(one.npm or "") if one.npm in archive.getnames() else None
+            file = None if member is None or member.size > _SIZE_MAX else archive.extractfile(member)
+            if file is None:
+                raise SimreconError(f"{NPM_PACKAGE}: found no {one.npm} in it")
+            _keep(one, file.read(), NPM_PACKAGE)
+
+
+def _by_pip(place: Path, wanted: Sequence[Weights], runner: Runner) -> None:
+    options = ("--no-deps", "--only-binary", ":all:", "--disable-pip-version-check", *PIP_TARGET)
+    runner((sys.executable, "-m", "pip", "download", *options, "-d", str(place), PIP_PACKAGE), place)
+    with zipfile.ZipFile(_only(place, "*.whl")) as archive:
+        for one in wanted:
+            if one.pip not in archive.namelist() or archive.getinfo(one.pip).file_size > _SIZE_MAX:
+                raise SimreconError(f"{PIP_PACKAGE}: found no {one.pip} in it")
+            _keep(one, archive.read(one.pip), PIP_PACKAGE)
+
+
+def _only(place: Path, pattern: str) -> Path:
+    found = list(place.glob(pattern))
+    if len(found) != 1:
+        raise SimreconError(f"the package client left {len(found)} files of {pattern}, not one")
+    return found[0]
+
+
+def _keep(one: Weights, content: bytes, package: str) -> None:
+    if hashlib.sha256(content).hexdigest() not in one.sha256:
+        raise SimreconError(
+            f"{package}: {one.name} has another SHA-256 than it must have; nothing was kept of it"
+        )
+    target = folder() / one.file
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, target)
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+import video_files as files
+from video_files import BLUE, GREEN, RED
+
+from simrecon.evidence.video import tracker
+from simrecon.evidence.video.tracker import Choice, Tracker
+
+RATE = 30
+
+
+def follow(clips, choice=Choice()):  # noqa: B008
+    made = Tracker(files.Rectangles(), choice)
+    places = []
+    for t, people in enumerate(clips):
+        pose = made.step(files.scene(people), t / RATE)
+        places.append(None if pose is None else tracker.middle(pose)[0])
+    return made, places
+
+
+def test_follows_without_detecting_again() -> None:
+    network = files.Rectangles()
+    made = Tracker(network, Choice())
+    assert all(made.step(files.scene([(40 + t, 60, 80, RED)]), t / RATE) is not None for t in range(30))
+    first = network.calls["candidates"]
+    assert first <= 1 + len(tracker.tiles(160, 120))
+    assert made.losses == 0
+
+
+def test_does_not_hop_to_a_passer_by_who_covers_the_person() -> None:
+    # The person leaves the image while somebody else stands where the search looks first.
+    clips = (
+        [[(60, 60, 80, RED)]] * 10
+        + [[(75, 60, 80, BLUE)]] * 20
+        + [[(64, 60, 80, RED), (110, 60, 80, BLUE)]] * 5
+    )
+    made, places = follow(clips)
+    assert places[10:30] == [None] * 20
+    np.testing.assert_allclose(places[30:], 64, atol=1)
+    assert made.losses == 1
+
+
+def test_a_jump_is_not_believed_but_found_again_with_time() -> None:
+    clips = [[(30, 60, 80, RED)]] * 5 + [[(130, 60, 80, RED)]] * 25
+    made, places = follow(clips)
+    assert places[5] is None
+    np.testing.assert_allclose(places[-1], 130, atol=1)
+    assert made.losses == 1
+
+
+def test_another_size_is_not_believed() -> None:
+    _, places = follow([[(60, 60, 90, RED)]] * 5 + [[(60, 60, 30, RED)]] * 3)
+    assert places[5:] == [None] * 3
+
+
+def test_colours_that_change_for_good_lose_the_person_for_a_while_only() -> None:
+    made = Tracker(files.Rectangles(), Choice())
+    before, after = files.scene([(60, 60, 80, RED)]), files.scene([(60, 60, 80, RED)])
+    after[44:, 45:75][after[44:, 45:75, 2] == RED[2]] = GREEN  # most of the trunk
+    seen = [made.step(image, t / RATE) is not None for t, image in enumerate([before] * 5 + [after] * 60)]
+    assert seen[:6] == [True] * 5 + [False]
+    assert seen[-1]
+
+
+@pytest.mark.parametrize(
+    ("choice", "x"),
+    [(Choice(), 100), (Choice(number=1), 100), (Choice(number=2), 30), (Choice(at_px=(28.0, 70.0)), 30)],
+)
+def test_choice_among_several(choice, x) -> None:
+    made, places = follow([[(30, 60, 60, RED), (100, 60, 100, GREEN)]] * 3, choice)
+    np.testing.assert_allclose(places, x, atol=1)
+    assert len(made.first) == 2
+
+
+def test_waits_for_the_person_asked_for() -> None:
+    alone, both = [(100, 60, 100, GREEN)], [(30, 60, 60, RED), (100, 60, 100, GREEN)]
+    for choice in (Choice(number=2), Choice(at_px=(30.0, 60.0))):
+        _, places = follow([alone] * 4 + [both] * 2, choice)
+        assert places[:4] == [None] * 4
+        np.testing.assert_allclose(places[4:], 30, atol=1)
+
+
+def test_tiles_cover_the_longer_side() -> None:
+    assert tracker.tiles(100, 100) == []
+    found = tracker.tiles(1920, 1080)
+    assert found[0][0] == 0
+    assert found[-1][0] == 1920 - 1080
+    assert all(b[0] <= a[0] + 1080 for a, b in itertools.pairwise(found))
+    assert tracker.tiles(1080, 1920)[-1][1] == 840
+
+
+def test_colour_distance() -> None:
+    a, b = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    assert tracker.colour_distance(a, a) == 0
+    assert tracker.colour_distance(a, b) == 1
+    assert tracker.colour_distance(a, None) == 0

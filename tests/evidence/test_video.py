@@ -1,0 +1,301 @@
+from __future__ import annotations
+
+import hashlib
+import struct
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import video_files as files
+from video_files import GREEN, RED
+
+from simrecon import cli, evidence
+from simrecon.cli import run
+from simrecon.errors import InputError
+from simrecon.evidence import Options
+from simrecon.evidence.content import open_content
+from simrecon.evidence.video import detection, frames, metadata, networks, weights
+from simrecon.evidence.video.blazepose import NAMES
+from simrecon.evidence.video.tracker import Choice
+from simrecon.types import Camera
+
+
+def lens(size=(160, 120)) -> Camera:
+    return Camera(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), None, size)
+
+
+@pytest.fixture
+def network(tmp_path, monkeypatch) -> files.Rectangles:
+    """Instead of BlazePose, with weights that are only names."""
+    made = files.Rectangles()
+    made.loaded = 0
+
+    def load(*_paths):
+        made.loaded += 1
+        return made
+
+    monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(weights, "find", lambda name: (Path(name), f"hash of {name}"))
+    monkeypatch.setattr(detection, "Networks", load)
+    return made
+
+
+def fake(test):
+    """For tests that need the fixture `network` only for what it replaces."""
+    return pytest.mark.usefixtures("network")(test)
+
+
+@pytest.fixture
+def clip(tmp_path) -> Path:
+    images = [files.scene([(40 + 2 * t, 60, 80, RED), (130, 60, 50, GREEN)]) for t in range(20)]
+    return files.write(tmp_path / "clip.mp4", images, 25.0)
+
+
+@fake
+def test_evidence_of_a_video(clip) -> None:
+    steps = []
+    asked = Options(camera=lens(), lens="a test", progress=lambda done, total: steps.append((done, total)))
+    found = evidence.read(clip, asked)
+    np.testing.assert_allclose(found.times_s, np.arange(20) / 25)
+    assert found.keypoint_names == found.joint_names == NAMES
+    assert found.joints_frame == "camera_root_relative"
+    middle = found.keypoints_px[:, [11, 12]].mean(axis=1)
+    np.testing.assert_allclose(middle[:, 0], 39.5 + 2 * np.arange(20), atol=1)
+    np.testing.assert_allclose(found.scores, 0.9, rtol=1e-6)
+    assert steps[0] == (1, 20)
+    assert steps[-1] == (20, 20)
+    assert "video: clip.mp4, 160 x 120 px, 20 frames, 25 Hz; lens: a test; BlazePose heavy, " in found.reading
+    assert "person 1 of 2, the largest; --person or --person-at chooses; in frame 0: " in found.reading
+    assert ": 1 (at 40,60, 82 px high), 2 (at 130,60, 52 px high)" in found.reading
+
+
+def test_a_second_run_skips_detection(clip, network, tmp_path) -> None:
+    asked = Options(camera=lens(), model="full")
+    first = evidence.read(clip, asked)
+    calls = dict(network.calls)
+    second = evidence.read(clip, Options(camera=lens(), model="full", fps=50.0))
+    assert network.loaded == 1
+    assert network.calls == calls
+    assert "BlazePose full, from the cache" in second.reading
+    np.testing.assert_allclose(second.keypoints_px, first.keypoints_px, atol=1e-4)
+    np.testing.assert_allclose(second.times_s, np.arange(20) / 50)
+    (kept,) = (tmp_path / "cache" / "detections").iterdir()
+    kept.write_bytes(kept.read_bytes()[:1000])  # a damaged cache is made again
+    evidence.read(clip, asked)
+    assert network.loaded == 2
+
+
+def test_cache_key_knows_content_networks_and_options() -> None:
+    given = ("a" * 64, "heavy", ("d", "h"), Choice())
+    keys = {detection.key(*given)}
+    for i, other in enumerate(("b" * 64, "full", ("d", "other"), Choice(number=1))):
+        keys.add(detection.key(*given[:i], other, *given[i + 1 :]))
+    keys.add(detection.key(*given[:3], Choice(at_px=(1.0, 2.0))))
+    assert len(keys) == 6
+    assert detection.key(*given) in keys
+
+
+@fake
+def test_person(clip) -> None:
+    for asked in (Options(camera=lens(), person="2"), Options(camera=lens(), person_at=(130.0, 60.0))):
+        found = evidence.read(clip, asked)
+        np.testing.assert_allclose(found.keypoints_px[:, [11, 12], 0].mean(axis=1), 129.5, atol=1)
+        assert "person 2 of" in found.reading
+        assert "as asked for" in found.reading
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"person": "3"}, r"--person 3: found at most 2 people at a time: 1 \(at 40,60"),
+        ({"person": "Bob"}, "--person: found 'Bob'; valid: 1"),
+        (
+            {"person_at": (5.0, 5.0)},
+            "--person-at: found nobody at 5,5 in 20 frames; valid: a place on one of 1",
+        ),
+        ({"person_at": (5.0, 5.0), "person": "1"}, "--person: found --person-at beside it"),
+        ({"camera": None}, "lens: found none in the video; valid: --camera FILE, or --fov DEGREES"),
+        ({"camera": lens((320, 240))}, "found a camera of 320 x 240 for a video of 160 x 120 px"),
+    ],
+)
+@fake
+def test_refusals(clip, asked, message) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        evidence.read(clip, Options(**({"camera": lens()} | asked)))
+    assert "\n" not in str(caught.value)
+
+
+@fake
+def test_nobody(tmp_path) -> None:
+    path = files.write(tmp_path / "empty.mp4", [files.scene([])] * 4)
+    with pytest.raises(InputError, match="people: found nobody in 4 frames"):
+        evidence.read(path, Options(camera=lens()))
+
+
+@fake
+def test_unseen_frames_are_told(tmp_path) -> None:
+    images = [files.scene([(60, 60, 80, RED)] if t not in (5, 6, 7) else []) for t in range(20)]
+    found = evidence.read(files.write(tmp_path / "gap.mp4", images), Options(camera=lens()))
+    assert np.flatnonzero(np.isnan(found.keypoints_px).any(axis=(1, 2))).tolist() == [5, 6, 7]
+    assert (found.scores[5:8] == 0).all()
+    assert "unseen in 3 of 20 frames, lost 1 times" in found.reading
+
+
+@fake
+def test_rotation_flag(tmp_path) -> None:
+    images = [files.scene([(40 + t, 30, 40, RED)]) for t in range(6)]
+    images = [cv2.rotate(cv2.resize(i, (120, 160)), cv2.ROTATE_90_COUNTERCLOCKWISE) for i in images]
+    path = files.write(tmp_path / "turned.mp4", images)
+    upright = cv2.rotate(images[0], cv2.ROTATE_90_CLOCKWISE)
+    files.turn(path)
+    info = frames.probe(path)
+    assert info.size_px == (120, 160)
+    assert info.rotation_deg in (90, 270)
+    _, image = next(frames.frames(path))
+    assert np.abs(image.astype(int) - upright).mean() < 6
+    found = evidence.read(path, Options(camera=lens((120, 160))))
+    assert "120 x 160 px (turned by" in found.reading
+
+
+@fake
+def test_variable_rate_keeps_the_time_stamps(tmp_path) -> None:
+    images = [files.scene([(40 + t, 60, 80, RED)]) for t in range(10)]
+    path = files.write(tmp_path / "vfr.mp4", images, 30.0)
+    tick = files.timescale(path)
+    deltas = [tick // 60 if t % 2 else tick // 20 for t in range(10)]
+    files.vary(path, deltas)
+    found = evidence.read(path, Options(camera=lens()))
+    wanted = np.cumsum([0, *deltas[:-1]]) / tick
+    np.testing.assert_allclose(found.times_s, wanted, atol=1e-4)
+    assert "variable rate, " in found.reading
+
+
+@fake
+def test_odd_size(tmp_path) -> None:
+    images = [files.scene([(60, 40, 60, RED)], (101, 83)) for _ in range(3)]
+    path = files.write(tmp_path / "odd.avi", images, codec="MJPG")
+    assert frames.probe(path).size_px == (101, 83)
+    found = evidence.read(path, Options(camera=lens((101, 83))))
+    np.testing.assert_allclose(found.keypoints_px[:, [11, 12], 0].mean(), 59.5, atol=1)
+
+
+def test_damaged_and_missing_videos(tmp_path) -> None:
+    path = tmp_path / "bad.mp4"
+    path.write_bytes(b"\0\0\0\x18ftypmp42" + bytes(200))
+    with pytest.raises(InputError, match=r"can't be opened as a video|no frame that can be decoded"):
+        evidence.read(path, Options(camera=lens()))
+    with pytest.raises(InputError, match="there is no such video"):
+        frames.probe(tmp_path / "none.mp4")
+
+
+def test_missing_weights_are_one_line_and_status_2(clip, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path / "cache"))
+    assert cli.main(["run", str(clip), "-o", str(tmp_path / "out"), "--fov", "50"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 1
+    assert said[0].endswith("are not there; fetch them: simrecon models fetch")
+    assert not (tmp_path / "out").exists()
+
+
+@fake
+def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, capsys) -> None:
+    made = []
+
+    def stand_in(options, given, *_args, **_named):
+        made.append((options.input, options.video, given))
+        return 0
+
+    monkeypatch.setattr(run, "_make", stand_in)
+    out = tmp_path / "new" / "out"
+    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == 0
+    ((path, video, given),) = made
+    assert Path(path) == tmp_path / "new" / "out.evidence.npz"
+    assert Path(video) == clip
+    assert given.sha256 == hashlib.sha256(Path(path).read_bytes()).hexdigest()  # as `rerun` wants it
+    assert given.reading.startswith("video: clip.mp4, ")
+    assert given.camera.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
+    assert "read as video: clip.mp4" in capsys.readouterr().err
+
+
+def test_camera_options(clip, tmp_path, capsys) -> None:
+    camera = tmp_path / "camera.toml"
+    camera.write_text("image_size_px = [160, 120]\nfocal_px = 150\n")
+    base = ["run", str(clip), "-o", str(tmp_path / "out")]
+    for more, message in (
+        (["--camera", str(camera), "--fov", "50"], "--camera: found --fov beside it"),
+        (["--camera-name", "cam"], "--camera-name: found no camera file"),
+        (["--camera", str(camera), "--camera-name", "b"], "found 'b'; valid: camera"),
+        (["--fov", "50", "--person-at", "3"], "found '3'; valid: x,y in pixels"),
+    ):
+        assert cli.main([*base, *more]) == 2
+        assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("inside_trak", "iso"), [(False, False), (True, False), (False, True)])
+@pytest.mark.parametrize(
+    ("kind", "raw"), [(67, struct.pack(">i", 26)), (1, b"26"), (23, struct.pack(">f", 26))]
+)
+def test_focal_length_of_a_phone(tmp_path, inside_trak, iso, kind, raw) -> None:
+    path = tmp_path / "phone.mov"
+    data = struct.pack(">II", kind, 0) + raw
+    files.with_metadata(path, metadata.FOCAL_KEY, data, inside_trak=inside_trak, iso=iso)
+    assert metadata.focal_35mm(path) == 26
+    diagonal = np.hypot(1920, 1080)
+    assert metadata.focal_px(26, (1920, 1080)) == pytest.approx(26 / np.hypot(36, 24) * diagonal)
+
+
+@pytest.mark.parametrize("cut", [3, 20, 40, 80, 120])
+def test_no_focal_length(tmp_path, clip, cut) -> None:
+    assert metadata.focal_35mm(clip) is None
+    path = tmp_path / "phone.mov"
+    files.with_metadata(
+        path, metadata.FOCAL_KEY, struct.pack(">IIi", 67, 0, 5000), inside_trak=False, iso=False
+    )
+    assert metadata.focal_35mm(path) is None  # beyond any lens
+    path.write_bytes(path.read_bytes()[:cut])
+    assert metadata.focal_35mm(path) is None
+
+
+@fake
+def test_focal_length_makes_the_lens(tmp_path, clip) -> None:
+    movie = tmp_path / "meta.mov"
+    data = struct.pack(">IIi", 67, 0, 26)
+    files.with_metadata(movie, metadata.FOCAL_KEY, data, inside_trak=True, iso=False)
+    both = tmp_path / "both.mp4"  # the metadata's movie box behind the clip's
+    both.write_bytes(clip.read_bytes() + movie.read_bytes()[16:])
+    found = evidence.read(both)
+    assert "lens: 26 mm equivalent as the video says, 120 px" in found.reading
+    np.testing.assert_allclose(found.camera.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
+
+
+def test_hash_of_a_video_is_that_of_its_bytes(clip) -> None:
+    assert open_content(clip).sha256 == hashlib.sha256(clip.read_bytes()).hexdigest()
+    assert evidence.is_video(clip)
+
+
+def test_networks_say_what_is_missing(tmp_path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "ai_edge_litert.interpreter", None)
+    with pytest.raises(InputError, match=r"pip install 'simrecon\[video\]'"):
+        networks.Networks(tmp_path / "a", tmp_path / "b")
+
+
+@pytest.mark.parametrize("camera", ["01", "03"])
+def test_real_weights_on_a_real_video(camera, shared_data) -> None:
+    pytest.importorskip("ai_edge_litert", reason="the extra video is not installed")
+    if (
+        weights.state(weights.entry("heavy")) != "there"
+        or weights.state(weights.entry("detector")) != "there"
+    ):
+        pytest.skip("the weights are not in the cache: simrecon models fetch")
+    paths = weights.find("detector")[0], weights.find("heavy")[0]
+    video = shared_data / "video" / f"pose2sim_beam_cam{camera}.mp4"
+    reference = evidence.read(shared_data / "evidence" / f"pose2sim_beam_cam{camera}.npz")
+    found = detection.follow(video, networks.Networks(*paths), Choice())
+    distance = np.linalg.norm(found.points_px - reference.keypoints_px, axis=-1)  # (T, 33)
+    sure = reference.scores >= 0.5
+    assert np.median(distance[sure]) <= 6
+    by_frame = [np.median(row[ok]) for row, ok in zip(distance, sure, strict=True)]
+    assert max(by_frame) < 30, "another person in some frame"
+    assert not found.swapped.any()

@@ -1,0 +1,278 @@
+"""Train the normalizing flow of the pose prior (models/prior/flow.npz), the L_nf of Gärtner 2022 eq. 4.
+
+The loss is the negative log likelihood of poses with noise, plus a term that ranks: poses with one joint
+turned at random, or a knee or an elbow bent the wrong way, shall have longer latent codes than poses as
+they were recorded (outlier exposure, Hendrycks et al. 2019). For the norm is what eq. 4 uses, and
+likelihood alone doesn't see to it: codes of poses far from the data may be short. Short codes, which no
+recorded pose may have, are kept to poses within the joints' ranges, so that to shorten a code never leads
+out of them. Poses of the lower and the upper body are exchanged in a share of samples.
+
+usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 4 minutes on one core)
+
+MOCAP holds cmu_asf_amc_bvh.tar.xz, deepmimic, mass_bvh and mjpc_keyframes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import math
+import os
+import sys
+import tarfile
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from prior_data import NEAR_RAD, TEST_SUBJECT, Poses, balanced, load, mirrored, symmetric_basis
+from prior_model import LOG_SCALE, Flow
+from prior_score import report, turned, wrong_way
+from torch import Tensor
+from torch.nn.functional import softplus
+
+from simrecon import body as bodies
+from simrecon import prior
+from simrecon.prior.flow import SCHEMA, from_arrays
+from simrecon.types import Array
+
+TARGET = Path(__file__).resolve().parents[1] / "models" / "prior" / "flow.npz"
+SIZE_MAX = 300_000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the result depends on, beside the data."""
+
+    seed: int = 0
+    layers: int = 5
+    hidden: int = 96
+    steps: int = 1000
+    batch: int = 320
+    rate: float = 3e-3
+    noise_rad: float = 0.08
+    exchange: float = 0.3
+    ranking: float = 400.0
+    softness: float = 0.3
+    likelihood: float = 0.6
+    spread: float = 10.0
+    limits: float = 10.0
+    check_every: int = 50
+    patience: int = 12
+
+
+def main() -> None:
+    """Read, train, check, write."""
+    parser = argparse.ArgumentParser(description="Train models/prior/flow.npz.")
+    parser.add_argument("mocap", type=Path, help="folder of the recordings")
+    parser.add_argument("-o", "--output", type=Path, default=TARGET, help="[%(default)s]")
+    options = parser.parse_args()
+    torch.set_num_threads(1)
+    settings, begin = Settings(), time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        with tarfile.open(options.mocap / "cmu_asf_amc_bvh.tar.xz") as archive:
+            archive.extractall(folder, filter="data")
+        data = load(options.mocap, Path(folder))
+    for part, poses in data.items():
+        kinds, counts = np.unique(poses.activities, return_counts=True)
+        listed = ", ".join(f"{kind} {count}" for kind, count in zip(kinds, counts, strict=True))
+        print(f"{part}: {len(poses.rotvecs)} poses of {len(set(poses.clips))} recordings ({listed})")
+    print(f"read in {time.perf_counter() - begin:.0f} s", flush=True)
+    trainer = Trainer(settings, data["train"], data["validation"])
+    trainer.run()
+    arrays = trainer.arrays()
+    made = from_arrays(arrays)
+    held_out = likelihoods(made, data)
+    print(
+        f"numpy against zuko: {trainer.difference(made, data['test'].rotvecs[:2000]):.1e} largest difference"
+    )
+    scores = report(lambda v: np.linalg.norm(made.code(v), axis=-1), data)
+    print(json.dumps(scores, indent=1))
+    arrays["provenance"] = np.array(json.dumps({
+        "made_by": "tools/train_prior.py",
+        "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), "
+                   "as ASF/AMC, BVH and MuJoCo MPC keyframes (Apache-2.0); "
+                   "MASS (Apache-2.0). DeepMimic (MIT): test only.",
+        "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic",
+        "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
+        "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
+        "log_likelihood": held_out, "scores": scores,
+    }))  # fmt: skip
+    write(options.output, arrays)
+    print(
+        f"{options.output}: {options.output.stat().st_size} bytes, {time.perf_counter() - begin:.0f} s in all"
+    )
+
+
+class Trainer:
+    """Data in whitened, mirror-symmetric coordinates; the network; early stopping."""
+
+    def __init__(self, settings: Settings, train: Poses, validation: Poses) -> None:
+        """Whiten with the covariance of the training poses and their mirror images."""
+        self.settings, self.train = settings, train
+        self.rng = np.random.default_rng(settings.seed)
+        torch.manual_seed(settings.seed)
+        stay, change = symmetric_basis()
+        self.sizes = (len(stay), len(change))
+        both = np.concatenate((train.rotvecs, mirrored(train.rotvecs))).reshape(-1, 48)
+        weights = np.concatenate((train.weights, train.weights)) / 2
+        self.mean = weights @ both  # (48,)
+        off = (both - self.mean) @ np.concatenate((stay, change)).T
+        covariance = off.T @ (off * weights[:, None]) + settings.noise_rad**2 * np.eye(48)
+        whiten = np.zeros((48, 48))
+        for block in (slice(0, len(stay)), slice(len(stay), 48)):
+            whiten[block, block] = np.linalg.inv(np.linalg.cholesky(covariance[block, block]))
+        self.encode = whiten @ np.concatenate((stay, change))  # (48, 48)
+        limits = bodies.template().limits_rad.reshape(48, 2)
+        self.decode = torch.as_tensor(np.linalg.inv(self.encode), dtype=torch.float32)
+        self.middle = torch.as_tensor(self.mean - limits.mean(axis=1), dtype=torch.float32)
+        self.reach = torch.as_tensor((limits[:, 1] - limits[:, 0]) / 2, dtype=torch.float32)
+        self.net = Flow(self.sizes, settings.layers, settings.hidden, settings.seed)
+        names = bodies.template().names[1:]
+        self.lower = [i for i, name in enumerate(names) if name.endswith(("_hip", "_knee", "_ankle"))]
+        check = np.random.default_rng(settings.seed + 1)
+        kept = validation.rotvecs[balanced(validation, 2000, check)]
+        self.check = self._inputs(kept, check)
+        self.kept_step = 0
+
+    def run(self) -> None:
+        """Train until the ranking of the validation poses stops to improve; keep the best."""
+        s, begin = self.settings, time.perf_counter()
+        optimiser = torch.optim.Adam(self.net.parameters(), lr=s.rate)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, s.steps)
+        best, state = np.inf, self.net.state_dict()
+        for step in range(1, s.steps + 1):
+            loss, _, _ = self._loss(self._inputs(self._batch(), self.rng))
+            loss = loss + s.limits * self._beyond()
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
+            optimiser.step()
+            schedule.step()
+            if step % s.check_every == 0:
+                with torch.no_grad():
+                    _, nll, wrong = self._loss(self.check)
+                if wrong.item() < best:
+                    best, self.kept_step = wrong.item(), step
+                    state = {name: tensor.clone() for name, tensor in self.net.state_dict().items()}
+                print(f"step {step}: loss {loss.item():.2f}; validation: nll {nll.item():.2f}, "
+                      f"{100 * wrong.item():.2f} % ranked wrongly, best at {self.kept_step}, "
+                      f"{time.perf_counter() - begin:.0f} s", flush=True)  # fmt: skip
+                if step - self.kept_step >= s.patience * s.check_every:
+                    break
+        self.net.load_state_dict(state)
+
+    def _batch(self) -> Array:
+        """Poses (N, 16, 3): by weight, some with the legs of another one, half of them mirrored."""
+        s, poses = self.settings, self.train
+        pick = self.rng.choice(len(poses.rotvecs), (2, s.batch), p=poses.weights)
+        found = poses.rotvecs[pick[0]]
+        mixed = np.ix_(self.rng.random(s.batch) < s.exchange, self.lower)
+        found[mixed] = poses.rotvecs[pick[1]][mixed]
+        flipped = self.rng.random(s.batch) < 0.5
+        found[flipped] = mirrored(found[flipped])
+        return found
+
+    def _inputs(self, poses: Array, rng: np.random.Generator) -> tuple[Tensor, Tensor, Tensor]:
+        """Noisy poses for the likelihood; poses, and spoilt ones, that are to be ranked."""
+        s = self.settings
+        noisy = poses + rng.normal(0, s.noise_rad, poses.shape)
+        usual = poses + rng.normal(0, 0.5 * s.noise_rad, poses.shape)
+        bent = len(poses) // 4
+        spoilt = np.concatenate((
+            wrong_way(usual[:bent], rng, np.radians(rng.uniform(12, 30)))[0],
+            turned(usual[bent:], rng, np.radians(rng.uniform(20, 40)))[0],
+        ))  # fmt: skip
+        return self._coordinates(noisy), self._coordinates(usual), self._coordinates(spoilt)
+
+    def _coordinates(self, rotvecs: Array) -> Tensor:
+        return torch.as_tensor((rotvecs.reshape(-1, 48) - self.mean) @ self.encode.T, dtype=torch.float32)
+
+    def _loss(self, inputs: tuple[Tensor, Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
+        """The whole loss, the negative log likelihood in it, the share of pairs ranked wrongly."""
+        s, density = self.settings, self.net.distribution()
+        z, volume = density.transform.call_and_ladj(torch.cat(inputs))
+        noisy, usual, spoilt = z.norm(dim=-1).chunk(3)
+        nll = (0.5 * noisy**2 - volume[: len(noisy)]).mean() + 24 * math.log(2 * math.pi)
+        above = usual[:, None] - spoilt[None]  # (N, N)
+        ranked = softplus(above / s.softness).mean()
+        even = torch.log(usual).var()
+        wrong = (above > 0).float().mean()
+        return s.likelihood * nll + s.ranking * ranked + s.spread * even, nll, wrong
+
+    def _beyond(self) -> Tensor:
+        """How far poses of codes of up to the usual length leave the joints' ranges: mean square, rad²."""
+        s = self.settings
+        z = self.rng.standard_normal((s.batch // 2, 48)) * self.rng.random((s.batch // 2, 1))
+        x = self.net.distribution().transform.inv(torch.as_tensor(z, dtype=torch.float32))
+        poses = x @ self.decode.T + self.middle
+        return torch.relu(torch.abs(poses) - self.reach).square().sum(dim=-1).mean()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """As `simrecon.prior.flow` reads them: in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
+        order = self.order()
+        turned = self.net.double().rotations()
+        self.net.float()
+        linear = [rotation.detach().numpy()[np.ix_(order, order)] for rotation in turned]
+        linear[0] = linear[0] @ self.encode[order]
+        layers = self.net.conditioners
+        stacks = {
+            "linear": linear,
+            "stay": [layer.stay.weight for layer in layers], "bias": [layer.stay.bias for layer in layers],
+            "turn": [layer.turn.weight for layer in layers],
+            # zuko's conditioner gives the scales of s₂ and a₂, then the shift of s₂
+            "even": [layer.even.weight for layer in layers],
+            "even_bias": [layer.even.bias for layer in layers],
+            "odd": [layer.odd.weight for layer in layers],
+        }  # fmt: skip
+        as_numpy = {
+            name: np.stack([part.detach().numpy() if isinstance(part, Tensor) else part for part in parts])
+            for name, parts in stacks.items()
+        }
+        shared = {"schema": np.array(SCHEMA), "mean_rad": self.mean, "bound": np.array(LOG_SCALE)}
+        # whitening is folded into `linear`, so rounding it would be felt
+        return shared | {n: a if n == "linear" else a.astype(np.float32) for n, a in as_numpy.items()}
+
+    def order(self) -> Array:
+        """Coordinates of the torch flow in the order of numpy's."""
+        mask = self.net.mask.numpy()
+        return np.concatenate((np.flatnonzero(mask), np.flatnonzero(~mask)))
+
+    def difference(self, made: prior.Flow, rotvecs: Array) -> float:
+        """Largest difference of latent codes between numpy and the library, both in double precision."""
+        double = self.net.double()
+        x = torch.as_tensor((rotvecs.reshape(-1, 48) - self.mean) @ self.encode.T)
+        with torch.no_grad():
+            z = double.distribution().transform(x).numpy()[:, self.order()]
+        self.net.float()
+        return float(np.abs(made.code(rotvecs) - z).max())
+
+
+def likelihoods(made: prior.Flow, data: dict[str, Poses]) -> dict[str, float]:
+    """Mean log density by part, and of the Gaussian prior beside it."""
+    usual = prior.gaussian(bodies.template())
+    found = {}
+    for part, poses in data.items():
+        z2 = usual.squared(poses.rotvecs)[0]
+        flat = -0.5 * z2 - np.log(usual.spread_rad).sum() - 24 * np.log(2 * np.pi)
+        found[part] = round(float(made.log_likelihood(poses.rotvecs)[0].mean()), 2)
+        found[f"{part}, gaussian"] = round(float(flat.mean()), 2)
+    return found
+
+
+def write(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """To a temporary name, then renamed."""
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)
+    if len(stream.getvalue()) > SIZE_MAX:
+        sys.exit(f"{path}: {len(stream.getvalue())} bytes are more than {SIZE_MAX}")
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(stream.getvalue())
+    os.replace(part, path)
+
+
+if __name__ == "__main__":
+    main()
