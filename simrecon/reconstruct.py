@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simrecon import checkpoint as checkpoints
 from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
 from simrecon.body import Wanted
@@ -23,6 +24,7 @@ from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.plan import Plan
 from simrecon.results import Audit
+from simrecon.rollout import Threads
 from simrecon.scene import check
 from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult, WindowStatus
 
@@ -59,10 +61,11 @@ def reconstruct(
     plan: Plan,
     *,
     seed: int = 0,
-    threads: int = 0,
+    threads: Threads = 0,
     wanted: Wanted | None = None,
     report: Report = _silent,
     start: Motion | None = None,
+    checkpoint: checkpoints.Store | None = None,
 ) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
@@ -71,10 +74,11 @@ def reconstruct(
         scene: what the person may touch.
         plan: how the clip is cut and optimised.
         seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
-        threads: of the simulator, 0 for one per core.
+        threads: of the simulator, 0 for one per core; a function is asked again and again.
         wanted: the body's shape, as far as it is known; None: the proportions of the average.
         report: told of the progress.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
+        checkpoint: where solved windows are kept, and taken from; None: nowhere.
 
     Raises:
         InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
@@ -95,18 +99,26 @@ def reconstruct(
         problem, handover = starts.from_motion(problem, start)
     engine = sampling.Sampler(problem, threads)
     rng = np.random.default_rng(seed)
+    windows = schedule.cut(clock, plan)
     solved: list[WindowResult] = []
-    for window in schedule.cut(clock, plan):
+    if checkpoint is not None:
+        solved = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows, rng)
+    earlier_s = sum(result.seconds for result in solved)
+    handover = solved[-1].handover if solved else handover
+    for window in windows[len(solved) :]:
         report("simulation", window.start_step * clock.step_s, duration_s)
         result = engine.solve(window, handover, rng)
         if result.status is WindowStatus.FAILED:
             break
         solved.append(result)
         handover = result.handover
+        if checkpoint is not None:
+            checkpoint.save(result, rng)
     report("simulation", duration_s, duration_s)
     marks.append(time.perf_counter())
 
     motion, audit = results.record(problem, fit, tuple(solved), evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
+    seconds["simulation"] += earlier_s
     return Reconstruction(evidence, fit, problem, tuple(solved), motion, audit, seconds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from simrecon.types import Array, IntArray
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+Threads = int | Callable[[], int]
+"""Number of threads, 0 for one per core; or what says it, asked before every rollout."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +71,12 @@ class Simulator:
     Results don't depend on the number of threads. `seconds` and `steps` add up what was spent in MuJoCo.
     """
 
-    def __init__(self, model: mujoco.MjModel, population: int, threads: int = 0) -> None:
+    def __init__(self, model: mujoco.MjModel, population: int, threads: Threads = 0) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
         self.model, self.person, self.population = model, person(model), population
-        self.batch = mujoco.batch.Batch(model, population, threads)
+        self._wanted = threads
+        self._threads = threads() if callable(threads) else threads
+        self.batch = mujoco.batch.Batch(model, population, self._threads)
         self.seconds = 0.0
         self.steps = 0
         self._out: dict[int, dict[str | int, NDArray[np.float64]]] = {}
@@ -87,6 +92,7 @@ class Simulator:
         Returns:
             The rollouts at those steps.
         """
+        self._follow()
         count, steps = ctrl.shape[:2]
         ids = np.arange(count)
         self.batch.state[:count] = state
@@ -108,6 +114,14 @@ class Simulator:
         warned = self.batch.warning[:count, :, 1].any(axis=1)
         finite = ~warned & np.isfinite(self.batch.state[:count]).all(axis=1)
         return Rollouts(qpos[..., : self.person.nq], points, com, finite)
+
+    def _follow(self) -> None:
+        """Take up another number of threads, if it is another now."""
+        threads = self._wanted() if callable(self._wanted) else self._threads
+        if threads != self._threads:
+            self._threads = threads
+            self.batch = mujoco.batch.Batch(self.model, self.population, threads)
+            self._out.clear()
 
 
 def initial_state(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:

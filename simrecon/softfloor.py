@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 from simrecon import reconstruct as reconstructions
 from simrecon import scene as scenes
 from simrecon.body import Wanted
+from simrecon.checkpoint import Store
 from simrecon.errors import InputError, SimreconError
 from simrecon.plan import Plan
+from simrecon.rollout import Threads
 from simrecon.types import Evidence, Ground, Motion, Scene
 
 STIFFNESS_NPM = (3e3, 3e5)
@@ -64,9 +66,10 @@ def calibrate(
     plan: Plan,
     *,
     seed: int = 0,
-    threads: int = 0,
+    threads: Threads = 0,
     wanted: Wanted | None = None,
     report: Callable[[str, float, float], None] = lambda _stage, _done, _total: None,
+    checkpoint: Store | None = None,
 ) -> Calibration:
     """Find stiffness and damping of the ground of a clip.
 
@@ -78,6 +81,7 @@ def calibrate(
         threads: as `reconstruct`.
         wanted: the body's shape, as `reconstruct`.
         report: told of the progress, in trials.
+        checkpoint: of every trial's windows, as `reconstruct`.
 
     Raises:
         InputError: the ground's stiffness is not to be found, or the evidence can't be used.
@@ -102,6 +106,7 @@ def calibrate(
             threads=threads,
             wanted=wanted,
             start=best[-1] if best else None,
+            checkpoint=checkpoint,
         )
         whole = bool((made.motion.status == 0).all())
         logs = [math.log(window.loss) for window in made.windows]

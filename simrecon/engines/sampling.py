@@ -17,7 +17,7 @@ from simrecon.cmaes import CMAES
 from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
-from simrecon.rollout import Simulator
+from simrecon.rollout import Simulator, Threads
 from simrecon.types import Array, Handover, Window, WindowResult, WindowStatus
 
 # The first window has no warm start: descents there are this many times longer.
@@ -36,7 +36,7 @@ def start(problem: Problem) -> Handover:
 class Sampler:
     """Gauss-Newton steps and then CMA-ES, both over rollouts; one instance serves all windows of a clip."""
 
-    def __init__(self, problem: Problem, threads: int = 0) -> None:
+    def __init__(self, problem: Problem, threads: Threads = 0) -> None:
         """Make room for the plan's population."""
         self.problem = problem
         self.simulator = Simulator(problem.model, problem.plan.optimiser.population, threads)

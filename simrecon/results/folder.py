@@ -97,7 +97,7 @@ def write(
         (partial / MODEL).write_text(run.problem.mjcf, encoding="utf-8")
         (partial / SCENE).write_text(scenes.dumps(run.fit.scene), encoding="utf-8")
         began = time.perf_counter()
-        overlay.write(partial, _clip(run), video)
+        overlay.write(partial, clip(run), video)
         seconds = {**run.seconds, "overlay": time.perf_counter() - began}
         said = report.make(
             run, seconds, input_name=input_name, plan_name=plan_name, seed=seed, threads=threads
@@ -181,7 +181,8 @@ def _archive(motion: Motion) -> bytes:
     return buffer.getvalue()
 
 
-def _clip(run: Reconstruction) -> overlay.Clip:
+def clip(run: Reconstruction) -> overlay.Clip:
+    """What is drawn of a run."""
     motion, evidence = run.motion, run.evidence
     seen = bool(evidence.keypoint_names)
     return overlay.Clip(

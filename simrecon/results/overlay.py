@@ -102,17 +102,24 @@ def render(
         raise InputError(f"there are {drawn} images for {len(clip.times_s)} frames")
 
 
-def sheet(clip: Clip) -> Image:
-    """Up to twelve frames, equally spaced, each cropped around all of them, over plain ground."""
+def sheet(clip: Clip, count: int = _SHEET_FRAMES, tile_px: int = _SHEET_TILE_PX, columns: int = 0) -> Image:
+    """Up to `count` frames, equally spaced, each cropped around all of them, over plain ground.
+
+    Args:
+        clip: what to draw.
+        count: frames at most.
+        tile_px: width of a frame, or height over 1.6 if that is larger.
+        columns: 0: for a page of a pleasant shape.
+    """
     painter = Painter(clip)
-    frames = np.unique(np.linspace(0, len(clip.times_s) - 1, _SHEET_FRAMES).round().astype(int))
+    frames = np.unique(np.linspace(0, len(clip.times_s) - 1, count).round().astype(int))
     low, high = painter.bounds_px(frames)
     shape = high - low
-    scale = _SHEET_TILE_PX / max(shape[1], shape[0] / 1.6)
+    scale = tile_px / max(shape[1], shape[0] / 1.6)
     size = (max(2, round(shape[0] * scale)), max(2, round(shape[1] * scale)))
     view = View(low, np.array(size) / shape, size)
     images = [painter.draw(int(frame), view, None) for frame in frames]
-    return contact_sheet(images, _columns(len(images), size[0] / size[1]))
+    return contact_sheet(images, columns or _columns(len(images), size[0] / size[1]))
 
 
 def contact_sheet(frames: Sequence[Image], columns: int, gap_px: int = 4) -> Image:

@@ -1,0 +1,72 @@
+"""Clips that fail: how, in one line and with the traceback, and what is written of it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+import traceback
+from typing import Any
+
+from simrecon import results
+from simrecon.batch import journal
+from simrecon.batch.clips import Clip
+from simrecon.batch.journal import Places
+from simrecon.errors import InputError, SimreconError
+from simrecon.results import report
+from simrecon.results.folder import MOTION, REPORT
+
+
+class StoppedError(SimreconError):
+    """The batch was told to end, or another one took the folder over: what is solved is kept."""
+
+
+def failure(name: str, error: BaseException) -> dict[str, Any]:
+    """How a clip failed: `kind` is `disk`, `stopped`, `input` (the same would come again) or `error`."""
+    causes, cause = [], error
+    while cause is not None and cause not in causes:
+        causes.append(cause)
+        cause = cause.__cause__ or cause.__context__  # type: ignore[assignment]
+    full = any(isinstance(item, OSError) and journal.is_full(item) for item in causes)
+    kind = "input" if isinstance(error, InputError) else "error"
+    if full or isinstance(error, journal.DiskFullError):
+        kind = "disk"
+    elif isinstance(error, StoppedError):
+        kind = "stopped"
+    ours = isinstance(error, SimreconError)
+    message = str(error) if ours else f"{type(error).__name__}: {error}"
+    trace = "" if ours else "".join(traceback.format_exception(error))
+    return {"name": name, "kind": kind, "message": " ".join(message.split()), "trace": trace}
+
+
+def write(places: Places, clip: Clip, said: dict[str, Any]) -> None:
+    """The error as the clip's report; an earlier result is moved aside, what is not ours is left alone."""
+    target = places.result(clip.name)
+    places.record(clip.name).unlink(missing_ok=True)
+    note(places, clip.name, f"failed: {said['message']}\n{said['trace']}".rstrip())
+    try:
+        results.check_writable(target)
+    except InputError:
+        return
+    if (target / MOTION).is_file():
+        aside = places.inner / "earlier" / clip.name
+        shutil.rmtree(aside, ignore_errors=True)
+        aside.parent.mkdir(parents=True, exist_ok=True)
+        target.rename(aside)
+    error = {"kind": said["kind"], "message": said["message"], "trace": said["trace"] or None}
+    content = {
+        "schema": report.SCHEMA,
+        "versions": report.versions(),
+        "input": {"name": clip.input},
+        "plan_name": clip.plan,
+        "seed": clip.seed,
+        "error": error,
+    }
+    journal.write_json(target / REPORT, content)
+
+
+def note(places: Places, name: str, text: str) -> None:
+    """Add to a clip's log."""
+    path = places.log(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {text}\n")

@@ -1,0 +1,215 @@
+"""What is on disk of a batch: its lock, its append-only events (`batch.jsonl`), and where everything lies."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import json
+import os
+import platform
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from simrecon.errors import InputError, SimreconError
+
+SCHEMA = "simrecon.batch/1"
+Event = dict[str, Any]
+
+
+class DiskFullError(SimreconError):
+    """There is no space left: the batch stops, for every further clip would fail as well."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Paths of a batch's folder. A clip's result is the folder of its name."""
+
+    root: Path
+
+    @property
+    def events(self) -> Path:
+        """The append-only log."""
+        return self.root / "batch.jsonl"
+
+    @property
+    def page(self) -> Path:
+        """The report."""
+        return self.root / "index.html"
+
+    @property
+    def inner(self) -> Path:
+        """All that is not for reading."""
+        return self.root / ".batch"
+
+    @property
+    def lock(self) -> Path:
+        """Held while a batch runs; says whose it is."""
+        return self.inner / "lock"
+
+    def result(self, name: str) -> Path:
+        """Result folder of a clip."""
+        return self.root / name
+
+    def log(self, name: str) -> Path:
+        """What was done for a clip, in lines."""
+        return self.inner / "logs" / f"{name}.log"
+
+    def checkpoints(self, name: str) -> Path:
+        """Solved windows of a clip that is not finished, by key."""
+        return self.inner / "checkpoints" / name
+
+    def record(self, name: str) -> Path:
+        """Key and figures of a finished clip."""
+        return self.inner / "done" / f"{name}.json"
+
+    def thumbnail(self, name: str) -> Path:
+        """Strip of frames of a finished clip."""
+        return self.inner / "thumbnails" / f"{name}.jpg"
+
+    def clip_lock(self, name: str) -> Path:
+        """Held by the process that works on a clip."""
+        return self.inner / "locks" / name
+
+
+def is_full(error: OSError) -> bool:
+    """Whether there was no space left, or no quota."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT)
+
+
+def cannot_write(folder: Path | str, error: OSError) -> SimreconError:
+    """The error that a failed write ends with."""
+    if is_full(error):
+        return DiskFullError(
+            f"{folder}: the disk is full; nothing is lost: make space, then give the same command again"
+        )
+    return InputError(f"{folder}: can't be written ({error.strerror or error}); valid: a writable folder")
+
+
+def write_json(target: Path, content: Any) -> None:
+    """Write a file aside, flush it to the disk and rename it."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("w", encoding="utf-8") as stream:
+            json.dump(content, stream, indent=1, ensure_ascii=False, allow_nan=False)
+            stream.write("\n")
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(partial, target)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def read_json(path: Path) -> dict[str, Any] | None:
+    """A file's table; None where there is none, or it is not whole."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+class Journal:
+    """Appends events to `batch.jsonl`, one line each, on the disk before it returns."""
+
+    def __init__(self, path: Path) -> None:
+        """Open for appending; a line that a power cut left unfinished is closed first."""
+        self._stream: IO[bytes] = path.open("ab", buffering=0)
+        size = self._stream.tell()
+        if size:
+            with path.open("rb") as before:
+                before.seek(size - 1)
+                if before.read(1) != b"\n":
+                    self._stream.write(b"\n")
+
+    def append(self, kind: str, **content: Any) -> Event:
+        """Write one event, with the time, s since 1970."""
+        event = {"time": round(time.time(), 3), "event": kind, **content}
+        line = json.dumps(event, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        written = self._stream.write(line)
+        if written != len(line):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return event
+
+    def close(self) -> None:
+        """Close the file."""
+        with contextlib.suppress(OSError):
+            os.fsync(self._stream.fileno())
+        self._stream.close()
+
+
+def read_events(path: Path) -> list[Event]:
+    """All events that are whole, in order.
+
+    Raises:
+        InputError: there is no such file.
+    """
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(
+            f"{path.parent}: found no batch there; valid: the folder of `simrecon batch`"
+        ) from error
+    events = []
+    for line in text.splitlines():
+        with contextlib.suppress(ValueError):
+            event = json.loads(line)
+            if isinstance(event, dict) and "event" in event:
+                events.append(event)
+    return events
+
+
+@contextlib.contextmanager
+def locked(places: Places, run: str) -> Iterator[None]:
+    """Hold the folder for one batch: the kernel lets go of it when the process dies, however it dies.
+
+    Raises:
+        InputError: another batch holds it, or it can't be written.
+    """
+    try:
+        places.lock.parent.mkdir(parents=True, exist_ok=True)
+        stream = places.lock.open("a+", encoding="utf-8")
+    except OSError as error:
+        raise cannot_write(places.root, error) from error
+    with stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            holder = read_json(places.lock) or {}
+            who = f"process {holder.get('pid', '?')} on {holder.get('host', '?')}"
+            raise InputError(
+                f"{places.root}: found another batch at work there ({who}); valid: wait for it, or another "
+                f"-o; `simrecon batch status {places.root}` shows it"
+            ) from error
+        except OSError as error:
+            raise cannot_write(places.root, error) from error
+        try:
+            stream.truncate(0)
+            json.dump({"run": run, "pid": os.getpid(), "host": platform.node()}, stream)
+            stream.flush()
+        except OSError as error:
+            raise cannot_write(places.root, error) from error
+        yield
+
+
+def holder(places: Places) -> dict[str, Any] | None:
+    """Who holds the folder now; None if nobody does."""
+    try:
+        with places.lock.open("r", encoding="utf-8") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except OSError:
+                return read_json(places.lock) or {}
+    except OSError:
+        pass
+    return None
+
+
+def check_alive(places: Places, run: str) -> bool:
+    """Whether the batch that a worker works for still is the one that holds the folder."""
+    return (read_json(places.lock) or {}).get("run") == run

@@ -1,0 +1,170 @@
+"""`index.html`: the morning's report, one file that opens anywhere."""
+
+from __future__ import annotations
+
+import base64
+import html
+import os
+import time
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from simrecon import resources
+from simrecon.batch import status
+from simrecon.batch.journal import Places
+from simrecon.batch.status import Row, State
+from simrecon.progress import duration
+from simrecon.results.folder import REPORT
+
+TEMPLATE = "page.html"
+COLUMNS = (
+    ("clip", "Clip", "text"),
+    ("frames", "Frames", ""),
+    ("verdict", "Verdict", "text"),
+    ("video", "Video, s", "number"),
+    ("loss", "Loss", "number"),
+    ("px", "2D error, px", "number"),
+    ("skate", "Foot skate, %", "number"),
+    ("deep", "Penetration, mm", "number"),
+    ("weight", "Ground force, % of weight", "number"),
+    ("seconds", "Time, s", "number"),
+    ("rate", "Time per second of video", "number"),
+)
+"""Key, title, and how a column is sorted."""
+_RANKS = {"failed": 0, "fell": 1, "fallback": 2, "waiting": 3, "running": 4, "good": 5}
+
+
+def write(places: Places) -> Path:
+    """Write the report of a batch as it stands.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: there is no batch. OSError: it can't be written.
+    """
+    state = status.read(places)
+    partial = places.page.with_name(f".{places.page.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(render(places, state), encoding="utf-8")
+        os.replace(partial, places.page)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+    return places.page
+
+
+def render(places: Places, state: State) -> str:
+    """The page as text."""
+    template = (resources.folder("batch") / TEMPLATE).read_text(encoding="utf-8")
+    head = "".join(
+        f'<th data-kind="{kind}" data-key="{key}"{" tabindex=0" if kind else ""}>{html.escape(title)}</th>'
+        for key, title, kind in COLUMNS
+    )
+    rows = "\n".join(_row(places, row) for row in state.rows.values())
+    values = {
+        "TITLE": html.escape(places.root.name),
+        "SUMMARY": _summary(state),
+        "HEAD": head,
+        "ROWS": rows,
+    }
+    for key, value in values.items():
+        template = template.replace(f"<!--{key}-->", value)
+    return template
+
+
+def _summary(state: State) -> str:
+    """Counts, a few words each."""
+    verdicts = [_verdict(row)[0] for row in state.rows.values()]
+    video = sum(row.video_s for row in state.of("done"))
+    tiles = [
+        (len(state.rows), "clips", ""),
+        (verdicts.count("good"), "all simulated", "good"),
+        (verdicts.count("fallback"), "with fallback frames", "fallback"),
+        (verdicts.count("fell"), "fell", "fell"),
+        (verdicts.count("failed"), "failed", "failed"),
+        (verdicts.count("waiting") + verdicts.count("running"), "not done", "waiting"),
+    ]
+    shown = "".join(
+        f'<div class="tile {kind}"><b>{count}</b> {words}</div>' for count, words, kind in tiles if count
+    )
+    end = state.end or time.time()
+    stamp = time.strftime("%Y-%m-%d %H:%M", time.localtime(end))
+    said = f"{stamp}, last run took {duration(end - state.begin)}, {video:.1f} s of video done"
+    if state.reason:
+        said += f"; {state.reason}"
+    return f'<div class="tiles">{shown}</div><p class="said">{html.escape(said)}</p>'
+
+
+def _verdict(row: Row) -> tuple[str, str]:
+    """Kind (for colour and order) and words."""
+    if row.state == "failed":
+        return "failed", "failed"
+    if row.state != "done" or row.figures is None:
+        window = f", window {row.window} of {row.windows}" if row.state == "running" else ""
+        return ("running" if row.state == "running" else "waiting"), f"{row.state}{window}"
+    if row.figures["fallback"]:
+        return (
+            "fallback",
+            f"{row.figures['fallback']} of {row.figures['frames']} frames on kinematic fallback",
+        )
+    return ("fell", "fell") if row.figures["fell"] else ("good", "all simulated")
+
+
+def _row(places: Places, row: Row) -> str:
+    kind, words = _verdict(row)
+    figures = row.figures or {}
+    metrics = figures.get("metrics", {})
+    wall, video = figures.get("wall_s"), figures.get("video_s", row.video_s or None)
+    cells = [
+        (row.name, _links(places, row)),
+        (None, _strip(places, row)),
+        (_RANKS[kind], f'<span class="verdict {kind}">{html.escape(words)}</span>'),
+        *(
+            (value, "–" if value is None else f"{value:.{digits}f}")
+            for value, digits in (
+                (video, 1),
+                (figures.get("loss"), 1),
+                (metrics.get("mpjpe_2d_px"), 1),
+                (metrics.get("footskate_pct"), 1),
+                (metrics.get("penetration_mean_mm"), 1),
+                (metrics.get("mean_grf_pct_bw"), 0),
+                (wall, 1),
+                (wall / video if wall and video else None, 1),
+            )
+        ),
+    ]
+    shown = "".join(f"<td{_value(value)}>{inner}</td>" for value, inner in cells)
+    return f'<tr class="{kind}">{shown}</tr>'
+
+
+def _value(value: object) -> str:
+    """The attribute that a cell is sorted by."""
+    return "" if value is None else f' data-value="{html.escape(str(value))}"'
+
+
+def _links(places: Places, row: Row) -> str:
+    """The name, to the clip's report, and links to what else there is."""
+    folder, name = places.result(row.name), html.escape(row.name)
+    there: dict[str, Any] = {
+        "overlay": next((f for f in ("overlay.mp4", "overlay.png") if (folder / f).is_file()), None),
+        "scene": "scene.toml" if (folder / "scene.toml").is_file() else None,
+    }
+    links = [f'<a href="{quote(row.name)}/{file}">{word}</a>' for word, file in there.items() if file]
+    if places.log(row.name).is_file():
+        links.append(f'<a href=".batch/logs/{quote(row.name)}.log">log</a>')
+    main = next((file for file in ("report.html", REPORT) if (folder / file).is_file()), None)
+    title = f'<a class="name" href="{quote(row.name)}/{main}">{name}</a>' if main else name
+    source, more = html.escape(row.input), " · ".join(links)
+    return f'<span title="{source}">{title}</span><small>{more}</small>'
+
+
+def _strip(places: Places, row: Row) -> str:
+    if row.state == "failed":
+        return f'<span class="message">{html.escape(row.message)}</span>'
+    path = places.thumbnail(row.name)
+    if row.state != "done" or not path.is_file():
+        return ""
+    data = base64.b64encode(path.read_bytes()).decode()
+    return f'<img alt="frames of {html.escape(row.name)}" src="data:image/jpeg;base64,{data}">'

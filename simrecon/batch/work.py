@@ -1,0 +1,212 @@
+"""What a worker process does for one clip; it knows neither the scheduler nor the other clips.
+
+All is written to disk; what is returned is small: figures, paths and messages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simrecon import checkpoint, reconstruct, results, softfloor
+from simrecon import scene as scenes
+from simrecon.batch import failures, inputs, journal
+from simrecon.batch.clips import Clip
+from simrecon.batch.journal import Places
+from simrecon.bench.task import code_digest
+from simrecon.errors import SimreconError
+from simrecon.results import folder, overlay, video
+from simrecon.types import Motion, Window, WindowResult
+
+FREE_MIN_BYTES = 1 << 20
+"""With less left on the disk after a result was written it may not be whole: video encoders do not say."""
+FALL_M, FALL_S = 0.3, 0.2
+"""A person fell whose pelvis is so far below the kinematic fit's for so long."""
+THUMBNAILS, THUMBNAIL_PX = 5, 80
+_LOCK_INTERVAL_S = 0.5
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A clip, the batch's folder and id, the key that its result will have, and the code that makes it."""
+
+    clip: Clip
+    root: str
+    run: str
+    key: str
+    code: str
+
+
+def solve(
+    job: Job,
+    *,
+    threads: Callable[[], int] | int = 0,
+    tell: Tell = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> dict[str, Any]:
+    """Reconstruct a clip from its last checkpoint on and put its result in place.
+
+    Args:
+        job: what to do.
+        threads: of the simulator, asked before every rollout if it is a function.
+        tell: told of the beginning and of every window.
+        stop: whether to end after the next window.
+
+    Returns:
+        `name` and `figures`, or what `failure` says.
+    """
+    places, name = Places(Path(job.root)), job.clip.name
+    try:
+        with inputs.quiet(), _alone(places, job):
+            return {"name": name, "figures": _solve(job, places, threads, tell, stop)}
+    except Exception as error:
+        found = failures.failure(name, error)
+        with contextlib.suppress(OSError):
+            failures.note(places, name, f"{found['kind']}: {found['message']}\n{found['trace']}".rstrip())
+        return found
+
+
+def _solve(
+    job: Job, places: Places, threads: Callable[[], int] | int, tell: Tell, stop: Callable[[], bool]
+) -> dict[str, Any]:
+    clip, target = job.clip, places.result(job.clip.name)
+    if job.code != code_digest():
+        raise SimreconError("the worker has another version of simrecon than the batch; install the same")
+    _tidy(places, job)
+    results.check_writable(target)
+    read = inputs.read(clip)
+    store = _Watched(places, job, tell, stop)
+    how: dict[str, Any] = {"seed": clip.seed, "threads": threads, "checkpoint": store}
+    given, scene, found = read.evidence, read.scene, None
+    start: Motion | None = None
+    began = time.perf_counter()
+    if scene.ground.stiffness_Npm == scenes.FIT:
+        found = softfloor.calibrate(given, scene, read.plan, **how)
+        scene, start = replace(scene, ground=found.ground), found.motion
+    made = reconstruct.reconstruct(given, scene, read.plan, start=start, **how)
+    said = results.write(
+        target,
+        made,
+        plan_name=clip.plan,
+        seed=clip.seed,
+        input_name=clip.input,
+        video=inputs.shown(clip),
+        calibration=found,
+    )
+    places.thumbnail(clip.name).parent.mkdir(parents=True, exist_ok=True)
+    shown = replace(folder.clip(made), keypoints_px=None, scores=None)
+    strip = overlay.sheet(shown, THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
+    video.write_image(places.thumbnail(clip.name), strip)
+    if shutil.disk_usage(target).free < FREE_MIN_BYTES:
+        shutil.rmtree(target)
+        raise journal.DiskFullError(f"{target}: the disk is full, so the result may not be whole")
+    figures = _figures(said, made.motion, time.perf_counter() - began)
+    journal.write_json(places.record(clip.name), {"key": job.key, "figures": figures})
+    shutil.rmtree(places.checkpoints(clip.name), ignore_errors=True)
+    failures.note(places, clip.name, f"done: {figures['verdict']}, {figures['wall_s']:.1f} s")
+    return figures
+
+
+def _figures(said: dict[str, Any], motion: Motion, here_s: float) -> dict[str, Any]:
+    """What the batch's report shows of a result; `here_s`: wall time since the last start."""
+    frames, windows, totals = said["frames"], said["windows"], said["totals"]
+    drop = fell(motion)
+    verdict = "fell" if drop else "all simulated"
+    if frames["fallback"]:
+        verdict = f"{frames['fallback']} fallback frames"
+    return {
+        "verdict": verdict,
+        "fell": drop,
+        "frames": frames["count"],
+        "fallback": frames["fallback"],
+        "video_s": totals["video_s"],
+        "wall_s": totals["wall_s"],
+        "here_s": here_s,
+        "windows": len(windows),
+        "loss": sum(window["loss"] for window in windows) / len(windows) if windows else None,
+        "metrics": said["metrics"],
+        "replay_exact": said["audit"]["replay_exact"],
+    }
+
+
+def fell(motion: Motion) -> bool:
+    """Whether the pelvis was `FALL_M` or more below that of the kinematic fit for `FALL_S` on end."""
+    if motion.kinematic_qpos is None:
+        return False
+    low = motion.kinematic_qpos[:, 2] - motion.qpos[:, 2] >= FALL_M  # (T,)
+    since = None
+    for time_s, under in zip(motion.times_s, low, strict=True):
+        since = (time_s if since is None else since) if under else None
+        if since is not None and time_s - since >= FALL_S:
+            return True
+    return False
+
+
+class _Watched(checkpoint.Folder):
+    """Checkpoints of a job that tell the batch, and end the work when it is to end."""
+
+    def __init__(self, places: Places, job: Job, tell: Tell, stop: Callable[[], bool]) -> None:
+        super().__init__(places.checkpoints(job.clip.name) / job.key[:16])
+        self._places, self._job, self._tell, self._stop = places, job, tell, stop
+
+    def restore(self, digest: str, windows: Sequence[Window], rng: np.random.Generator) -> list[WindowResult]:
+        """Say where the work goes on."""
+        found = super().restore(digest, windows, rng)
+        name = self._job.clip.name
+        if found:
+            failures.note(self._places, name, f"goes on after window {len(found)} of {len(windows)}")
+        self._tell({"event": "started", "clip": name, "window": len(found), "windows": len(windows)})
+        return found
+
+    def save(self, result: WindowResult, rng: np.random.Generator) -> None:
+        """Keep it, tell, and end if that was asked for."""
+        super().save(result, rng)
+        done, name = result.window.index + 1, self._job.clip.name
+        count = len(self.windows)
+        line = f"window {done} of {count}: loss {result.loss:.2f}, {result.seconds:.1f} s"
+        failures.note(self._places, name, line)
+        content = {"window": done, "windows": count, "loss": round(result.loss, 4)}
+        self._tell({"event": "window", "clip": name, **content})
+        if done < count and (self._stop() or not journal.check_alive(self._places, self._job.run)):
+            raise failures.StoppedError(f"{name}: stopped after window {done} of {count}, which is kept")
+
+
+@contextlib.contextmanager
+def _alone(places: Places, job: Job) -> Iterator[None]:
+    """Hold the clip: a worker that a lost batch left behind may still be at its last window."""
+    path = places.clip_lock(job.clip.name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a") as stream:
+        while True:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if not journal.check_alive(places, job.run):
+                    raise failures.StoppedError(f"{job.clip.name}: the batch is gone") from None
+                time.sleep(_LOCK_INTERVAL_S)
+        yield
+
+
+def _tidy(places: Places, job: Job) -> None:
+    """Remove what a killed worker left half done, and checkpoints for another key."""
+    name = job.clip.name
+    debris = re.compile(rf"\.{re.escape(name)}\.(\d+\.(partial|earlier)|\w{{8}})")
+    for path in places.root.iterdir():
+        if debris.fullmatch(path.name) and path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+    kept = places.checkpoints(name)
+    for path in kept.iterdir() if kept.is_dir() else ():
+        if path.name != job.key[:16]:
+            shutil.rmtree(path, ignore_errors=True)

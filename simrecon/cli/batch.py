@@ -1,0 +1,202 @@
+"""`simrecon batch`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from simrecon import plan
+from simrecon.batch import ahead, clips, page, runner, status
+from simrecon.batch.ahead import Settings
+from simrecon.batch.journal import Places, cannot_write
+from simrecon.batch.runner import Outcome
+from simrecon.cli import arguments
+from simrecon.cli.run import EXIT_FALLBACK, LARGEST_SEED
+from simrecon.errors import InputError
+from simrecon.progress import Progress, duration
+
+EXIT_INTERRUPTED = 130
+GIB = 2**30
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    batch = arguments.command(commands, "batch", _batch, "many clips, one after another or side by side")
+    batch.epilog = (
+        "simrecon batch status OUT shows how it stands, simrecon batch report OUT writes index.html."
+    )
+    add_one = batch.add_argument
+    add_one("inputs", metavar="INPUT", nargs="+", help="files, folders, globs, manifests (.toml, .csv)")
+    add_one("-o", dest="output", metavar="OUT", help="folder of the results, which is made")
+    add_one("--plan", default="default", help=f"{', '.join(plan.names())}, or a path [%(default)s]")
+    add_one("--jobs", type=arguments.whole(4096), default=0, metavar="N", help="clips at once [one per core]")
+    add_one("--scheduler", metavar="ADDRESS", help="of a dask cluster that runs, or its scheduler file")
+    add_one("--scene-dir", metavar="DIR", help="NAME.toml there is the scene of the clip NAME")
+    add_one("--video-dir", metavar="DIR", help="NAME.mp4 there is what the overlay of NAME is drawn on")
+    add_one(
+        "--seed", type=arguments.whole(LARGEST_SEED), default=0, metavar="N", help="of random numbers [0]"
+    )
+    add_one(
+        "--retry",
+        type=arguments.whole(100),
+        default=1,
+        metavar="N",
+        help="further attempts at a clip that fails [%(default)s]",
+    )
+    add_one("--until", metavar="HH:MM", help="end then; the same command goes on later")
+    add_one(
+        "--memory-gib",
+        type=arguments.number((0.25, 65536.0)),
+        metavar="N",
+        help="that a worker may use [its share of this host's]",
+    )
+    add_one("--force", action="store_true", help="redo what is done")
+    add_one("--dry-run", action="store_true", help="only say what there is to do, and what it will cost")
+    add_one("--json", action="store_true", help="of status and --dry-run: print JSON")
+
+
+def _batch(options: argparse.Namespace) -> int:
+    if options.output is None and options.inputs[0] in ("status", "report"):
+        if len(options.inputs) != 2:
+            raise InputError(f"batch {options.inputs[0]}: valid: one folder behind it, that of a batch")
+        return _status(options) if options.inputs[0] == "status" else _report(options)
+    if options.output is None:
+        raise InputError(
+            "-o OUT is needed: the folder of the results; `simrecon batch -h` shows what is valid"
+        )
+    plan.read(options.plan)
+    found = clips.collect(
+        options.inputs,
+        plan=options.plan if options.plan in plan.names() else str(Path(options.plan).resolve()),
+        seed=options.seed,
+        scene_folder=options.scene_dir,
+        video_folder=options.video_dir,
+    )
+    settings = _settings(options, len(found))
+    if options.dry_run:
+        return _dry_run(options, found, settings)
+    shown = _Shown()
+    outcome = runner.run(found, settings, shown.say, shown.progress)
+    shown.end()
+    return _end(outcome, options.output)
+
+
+def _settings(options: argparse.Namespace, count: int) -> Settings:
+    memory = int(options.memory_gib * GIB) if options.memory_gib else 0
+    if not memory and options.scheduler is None:
+        jobs = options.jobs or min(len(os.sched_getaffinity(0)), count)
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // max(jobs, 1)
+    return Settings(
+        output=Path(options.output),
+        jobs=options.jobs,
+        scheduler=options.scheduler,
+        retry=options.retry,
+        force=options.force,
+        until_s=None if options.until is None else until(options.until, time.time()),
+        memory_bytes=memory,
+    )
+
+
+def until(text: str, now_s: float) -> float:
+    """The next time, s since 1970, at which a clock here shows HH:MM.
+
+    Raises:
+        InputError: it is no such time.
+    """
+    found = re.fullmatch(r"([01]?\d|2[0-3]):([0-5]\d)", text)
+    if found is None:
+        raise InputError(f"--until: found {text!r}; valid: a time such as 07:00")
+    now = time.localtime(now_s)
+    fields = (now.tm_year, now.tm_mon, now.tm_mday, int(found[1]), int(found[2]), 0, 0, 0, -1)
+    then = time.mktime(fields)
+    if then <= now_s:
+        then = time.mktime((*fields[:2], fields[2] + 1, *fields[3:]))
+    return then
+
+
+def _end(outcome: Outcome, output: str) -> int:
+    """Say how it ended; what was not done is listed."""
+    counts = {
+        "done": outcome.done,
+        "done before": outcome.kept,
+        "failed": outcome.failed,
+        "left": outcome.left,
+    }
+    print(", ".join(f"{len(names)} {word}" for word, names in counts.items() if names) or "nothing to do")
+    for name in outcome.fallback:
+        print(f"fallback  {name}")
+    for name, message in outcome.failed.items():
+        print(f"failed    {name}: {message}")
+    if outcome.left:
+        print(f"left      {', '.join(outcome.left)}; the same command goes on ({outcome.reason})")
+    print(f"report    {Path(output) / 'index.html'}")
+    if outcome.reason == "interrupted":
+        return EXIT_INTERRUPTED
+    return EXIT_FALLBACK if outcome.failed or outcome.left or outcome.fallback else 0
+
+
+def _dry_run(options: argparse.Namespace, found: tuple[clips.Clip, ...], settings: Settings) -> int:
+    said = ahead.plan_ahead(found, settings, lambda line: print(line, file=sys.stderr))
+    if options.json:
+        print(json.dumps(said, indent=1))
+        return 0
+    to_do = said["clips"] - len(said["kept"]) - len(said["failed"])
+    end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + said["wall_s"]))
+    kept = f", {len(said['kept'])} are done" if said["kept"] else ""
+    print(f"clips     {to_do} to do, {said['video_s']:.1f} s of video{kept}")
+    for name, rate in said["seconds"].items():
+        print(f"cost      {rate:.1f} s on one core per second of video, plan {Path(name).stem}, measured now")
+    print(f"time      {duration(said['wall_s'])} with {said['jobs']} at once, until {end} if begun now")
+    size, free = (f"{said[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
+    print(f"disk      {size} of {free} free")
+    for name, message in said["failed"].items():
+        print(f"bad       {name}: {message}")
+    if said["size_bytes"] > said["free_bytes"]:
+        raise InputError(f"{options.output}: needs {size}, found {free} free; make space first")
+    return 0
+
+
+def _status(options: argparse.Namespace) -> int:
+    state = status.read(Places(Path(options.inputs[1])))
+    print(
+        json.dumps(status.table(state), indent=1) if options.json else status.text(state, options.inputs[1])
+    )
+    return 0
+
+
+def _report(options: argparse.Namespace) -> int:
+    places = Places(Path(options.inputs[1]))
+    try:
+        print(page.write(places))
+    except OSError as error:
+        raise cannot_write(places.page, error) from error
+    return 0
+
+
+class _Shown:
+    """A bar on a terminal, lines elsewhere, on stderr."""
+
+    def __init__(self) -> None:
+        self._bar: Progress | None = None
+
+    def say(self, line: str) -> None:
+        """A line of its own."""
+        clear = "\r\x1b[K" if self._bar is not None and sys.stderr.isatty() else ""
+        print(f"{clear}{line}", file=sys.stderr, flush=True)
+
+    def progress(self, done: float, total: float, note: str) -> None:
+        """Seconds of video."""
+        if self._bar is None:
+            self._bar = Progress(total, "batch", interval_s=60.0).__enter__()
+        self._bar.update(done, note)
+
+    def end(self) -> None:
+        """Close the bar."""
+        if self._bar is not None:
+            self._bar.__exit__(None, None, None)

@@ -1,0 +1,42 @@
+"""What a video and a field of view say of the camera."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import cv2
+import numpy as np
+
+from simrecon.errors import InputError
+from simrecon.types import Camera
+
+RATE_RANGE_HZ = (2.0, 2000.0)
+FOV_RANGE_DEG = (1.0, 170.0)
+
+
+def from_fov(fov_deg: float | None, size_px: tuple[int, int] | None) -> Camera | None:
+    """A camera without distortion from its horizontal field of view and (width, height); None without one.
+
+    Raises:
+        InputError: a field of view, but no size.
+    """
+    if fov_deg is None:
+        return None
+    if size_px is None:
+        raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
+    focal = size_px[0] / 2 / math.tan(math.radians(fov_deg) / 2)
+    matrix = np.array([[focal, 0.0, size_px[0] / 2], [0.0, focal, size_px[1] / 2], [0.0, 0.0, 1.0]])
+    return Camera(matrix, np.zeros(5), None, size_px)
+
+
+def probe(video: str | os.PathLike[str]) -> tuple[float | None, tuple[int, int] | None]:
+    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
+    capture = cv2.VideoCapture(os.fspath(video))
+    try:
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+    finally:
+        capture.release()
+    low, high = RATE_RANGE_HZ
+    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)

@@ -1,0 +1,112 @@
+"""Clips from folders, globs and manifests, and their names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simrecon.batch import clips
+from simrecon.errors import InputError
+
+
+def touch(folder: Path, *names: str) -> None:
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+
+
+def test_a_folder_gives_its_inputs_and_nothing_else(tmp_path: Path) -> None:
+    touch(
+        tmp_path, "b.npz", "a.bvh", "a.mp4", "film.mp4", "notes.txt", ".hidden.npz", "deep/er/c.pkl", "m.toml"
+    )
+    touch(tmp_path, "out/batch.jsonl", "out/x/motion.npz", "earlier/report.json", "earlier/motion.npz")
+    touch(tmp_path, "op/000_keypoints.json", "op/001_keypoints.json")
+    found = clips.collect([str(tmp_path)])
+    assert [clip.name for clip in found] == ["a", "b", "deep_er_c", "film", "op"]
+    assert found[4].input == str(tmp_path / "op")
+
+
+def test_globs_and_files(tmp_path: Path) -> None:
+    touch(tmp_path, "a.npz", "b.npz", "c.dat")
+    found = clips.collect([str(tmp_path / "*.npz"), str(tmp_path / "c.dat"), str(tmp_path / "a.npz")])
+    assert [clip.name for clip in found] == ["a", "b", "c"]
+
+
+def test_clips_of_the_same_name_get_names_of_their_own_that_last(tmp_path: Path) -> None:
+    touch(tmp_path, "x/clip.npz", "y/clip.npz", "y/other.npz", "z/CLIP.npz")
+    given = [str(tmp_path / name / "*.npz") for name in ("x", "y", "z")]
+    names = [clip.name for clip in clips.collect(given)]
+    assert len({name.lower() for name in names}) == 4
+    assert "other" in names
+    assert [clip.name for clip in clips.collect(given[::-1])] != names
+    assert {clip.name for clip in clips.collect(given[::-1])} == set(names)
+
+
+def test_scenes_and_videos_are_found_by_name(tmp_path: Path) -> None:
+    touch(tmp_path, "in/a.npz", "in/b.npz", "scenes/a.toml", "videos/b.mov")
+    a, b = clips.collect(
+        [str(tmp_path / "in")], scene_folder=str(tmp_path / "scenes"), video_folder=str(tmp_path / "videos")
+    )
+    assert (a.scene, a.video) == (str(tmp_path / "scenes" / "a.toml"), None)
+    assert (b.scene, b.video) == (None, str(tmp_path / "videos" / "b.mov"))
+
+
+def test_a_manifest_of_toml(tmp_path: Path) -> None:
+    touch(tmp_path, "a.npz", "in/b.npz", "chair.toml")
+    (tmp_path / "night.toml").write_text(
+        '[defaults]\nmass_kg = 70\nscene = "chair.toml"\n'
+        '[[clip]]\ninput = "a.npz"\nname = "first"\nmass_kg = 60.5\nseed = 3\n'
+        '[[clip]]\ninput = "in/*.npz"\nplan = "quick"\nperson = "2"\n',
+        encoding="utf-8",
+    )
+    first, second = clips.collect([str(tmp_path / "night.toml")], plan="flips")
+    assert (first.name, first.mass_kg, first.seed, first.plan) == ("first", 60.5, 3, "flips")
+    assert (second.name, second.mass_kg, second.plan, second.person) == ("b", 70, "quick", "2")
+    assert first.scene == second.scene == str(tmp_path / "chair.toml")
+
+
+def test_a_manifest_of_csv(tmp_path: Path) -> None:
+    touch(tmp_path, "a.npz", "b.npz")
+    (tmp_path / "night.csv").write_text("input, mass_kg, up\na.npz, 61,\nb.npz,, -y\n", encoding="utf-8")
+    a, b = clips.collect([str(tmp_path / "night.csv")])
+    assert (a.mass_kg, a.up, b.mass_kg, b.up) == (61, None, None, "-y")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[clip]]\n", "lacks the key 'input'"),
+        ('[[clip]]\ninput = "a.npz"\nmas_kg = 3\n', "unknown key 'mas_kg'; valid: name, input"),
+        ('[[clip]]\ninput = "a.npz"\nmass_kg = 3\n', "mass_kg must be a number from"),
+        ('[[clip]]\ninput = "a.npz"\nseed = 1.5\n', "seed must be a whole number"),
+        ('[[clip]]\ninput = "a.npz"\nup = "w"\n', "up must be one of x, y, z"),
+        ('[[clip]]\ninput = "a.npz"\nscene = "none.toml"\n', "scene: found no file"),
+        ('[[clip]]\ninput = "a.npz"\nname = "a/b"\n', "valid: a file name such as 'a_b'"),
+        ('[[clip]]\ninput = "a.npz"\nname = "x"\n' * 2, "found 2 of that name"),
+        ('[[clip]]\ninput = "none.npz"\n', "found no such file"),
+        ("[[clips]]\n", "unknown key 'clips'"),
+        ("clip = 3\n", "found no [[clip]]"),
+        ("not toml", "can't be read as TOML"),
+    ],
+)
+def test_what_is_wrong_in_a_manifest_is_one_line(tmp_path: Path, text: str, words: str) -> None:
+    touch(tmp_path, "a.npz")
+    (tmp_path / "night.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        clips.collect([str(tmp_path / "night.toml")])
+    assert words in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("text", ["name\nx\n", "input,mass_kg\na.npz,60,70\n", "input,mass_kg\na.npz\n", ""])
+def test_what_is_wrong_in_a_table_is_one_line(tmp_path: Path, text: str) -> None:
+    touch(tmp_path, "a.npz")
+    (tmp_path / "night.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"night\.csv"):
+        clips.collect([str(tmp_path / "night.csv")])
+
+
+def test_nothing_found_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="found no clip"):
+        clips.collect([str(tmp_path)])

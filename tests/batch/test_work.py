@@ -1,0 +1,189 @@
+"""One clip in a worker: results, checkpoints, failures; no scheduler needed."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simrecon import checkpoint, evidence, reconstruct, results
+from simrecon import plan as plans
+from simrecon.batch import failures, journal, work
+from simrecon.batch import inputs as given
+from simrecon.batch.clips import Clip
+from simrecon.batch.journal import Places
+from simrecon.batch.work import Job
+from simrecon.bench.task import code_digest
+from simrecon.errors import InputError
+from simrecon.types import Scene
+
+
+@pytest.fixture
+def job(inputs: Path, plan: str, tmp_path: Path) -> Job:
+    """One clip of a batch that is at work in `tmp_path`."""
+    clip = Clip("one", str(inputs / "one.npz"), plan)
+    (tmp_path / ".batch").mkdir()
+    journal.write_json(Places(tmp_path).lock, {"run": "me"})
+    return Job(clip, str(tmp_path), "me", given.survey(clip)["key"], code_digest())
+
+
+@pytest.fixture(scope="session")
+def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The bytes of `motion.npz` of the same clip without any batch."""
+    folder = tmp_path_factory.mktemp("undisturbed") / "one"
+    made = reconstruct.reconstruct(
+        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), seed=0, threads=1
+    )
+    results.write(folder, made, plan_name=plan, seed=0)
+    return (folder / "motion.npz").read_bytes()
+
+
+def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Job, undisturbed: bytes) -> None:
+    places, told = Places(Path(job.root)), []
+    said = work.solve(job, threads=1, tell=told.append)
+    assert said["figures"]["verdict"] == "all simulated"
+    assert (places.result("one") / "motion.npz").read_bytes() == undisturbed
+    windows = told[0]["windows"]
+    assert windows >= 3
+    assert [event["event"] for event in told] == ["started"] + ["window"] * windows
+    assert [event["window"] for event in told] == list(range(windows + 1))
+    assert (journal.read_json(places.record("one")) or {})["key"] == job.key
+    assert places.thumbnail("one").read_bytes().startswith(b"\xff\xd8")
+    assert not places.checkpoints("one").exists()
+    assert f"window {windows} of {windows}" in places.log("one").read_text(encoding="utf-8")
+
+
+def test_stopped_after_each_window_it_has_the_same_bits(job: Job, undisturbed: bytes) -> None:
+    starts = []
+    for _ in range(50):
+        told: list[dict[str, Any]] = []
+        said = work.solve(job, threads=2, tell=told.append, stop=lambda: True)
+        starts.append(told[0]["window"])
+        if "figures" in said:
+            break
+        assert said["kind"] == "stopped"
+    assert starts == list(range(len(starts)))
+    assert len(starts) >= 3
+    assert (Path(job.root) / "one" / "motion.npz").read_bytes() == undisturbed
+
+
+def test_it_ends_when_another_batch_has_taken_the_folder(job: Job) -> None:
+    journal.write_json(Places(Path(job.root)).lock, {"run": "another"})
+    assert work.solve(job, threads=1)["kind"] == "stopped"
+
+
+def test_what_a_killed_worker_left_half_done_is_removed(job: Job) -> None:
+    root = Path(job.root)
+    debris = [root / ".one.77.partial", root / ".one.77.earlier", root / ".batch/checkpoints/one/old"]
+    others = [root / ".one.b.77.partial", root / ".one_b.77.partial"]
+    for path in (*debris, *others):
+        path.mkdir(parents=True)
+        (path / "file").touch()
+    assert "figures" in work.solve(job, threads=1)
+    assert not any(path.exists() for path in debris)
+    assert all(path.exists() for path in others)
+
+
+def test_another_version_refuses(job: Job) -> None:
+    said = work.solve(replace(job, code="other"), threads=1)
+    assert "another version of simrecon" in said["message"]
+
+
+def test_a_clip_that_cannot_be_read_is_one_line(inputs: Path, plan: str) -> None:
+    said = given.survey(Clip("broken", str(inputs / "broken.npz"), plan))
+    assert (said["name"], said["kind"]) == ("broken", "input")
+    assert "broken.npz" in said["message"]
+    assert "\n" not in said["message"]
+
+
+def test_a_full_disk_is_told_from_other_errors() -> None:
+    wrapped = InputError("can't be written")
+    wrapped.__cause__ = OSError(28, "No space left on device")
+    assert failures.failure("a", wrapped)["kind"] == "disk"
+    assert failures.failure("a", OSError(13, "Permission denied"))["kind"] == "error"
+    assert failures.failure("a", InputError("bad"))["kind"] == "input"
+    assert failures.failure("a", ValueError("x\ny"))["message"] == "ValueError: x y"
+
+
+def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str, tmp_path: Path) -> None:
+    clip = Clip("one", str(inputs / "one.npz"), plan)
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[ground]\nheight_m = 0.1\n", encoding="utf-8")
+    other = tmp_path / "plan.toml"
+    text = Path(plan).read_text(encoding="utf-8")
+    other.write_text(text.replace("generations = 12", "generations = 13"), encoding="utf-8")
+    copy = tmp_path / "copy.toml"
+    copy.write_text(text, encoding="utf-8")
+    key = given.survey(clip)["key"]
+    changes: tuple[dict[str, Any], ...] = (
+        {"input": str(inputs / "two.npz")}, {"plan": str(other)}, {"scene": str(scene)}, {"seed": 1},
+        {"mass_kg": 70.0},
+    )  # fmt: skip
+    keys = [given.survey(replace(clip, **change))["key"] for change in changes]
+    assert len({key, *keys}) == 1 + len(changes)
+    assert given.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
+
+
+def test_a_fall_is_found(job: Job) -> None:
+    work.solve(job, threads=1)
+    motion = results.read(Path(job.root) / "one")
+    assert not work.fell(motion)
+    low = motion.qpos.copy()
+    low[5:8, 2] -= 0.5  # 50 ms: a slip of the fit
+    assert not work.fell(replace(motion, qpos=low))
+    low[5:, 2] -= 0.5
+    assert work.fell(replace(motion, qpos=low))
+
+
+def test_a_piece_tells_what_a_clip_costs(inputs: Path, plan: str, tmp_path: Path) -> None:
+    said = given.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
+    assert all(value > 0 for value in said.values())
+    assert set(said) == {"kinematics_s", "first_s", "window_s", "bytes", "fixed_bytes"}
+
+
+def test_a_damaged_checkpoint_is_solved_again(job: Job, undisturbed: bytes) -> None:
+    root = Path(job.root)
+    for _ in range(2):
+        work.solve(job, threads=1, stop=lambda: True)
+    first, second = sorted(root.glob(".batch/checkpoints/one/*/*/window_*.npz"))
+    first.write_bytes(first.read_bytes()[:-200])
+    told: list[dict[str, Any]] = []
+    work.solve(job, threads=1, tell=told.append, stop=lambda: True)
+    assert told[0]["window"] == 0  # also the whole second one is not trusted
+    while "figures" not in work.solve(job, threads=1):
+        pass
+    assert (root / "one" / "motion.npz").read_bytes() == undisturbed
+    assert not second.exists()
+
+
+def test_a_checkpoint_of_another_problem_is_not_used(job: Job, tmp_path: Path) -> None:
+    store = checkpoint.Folder(tmp_path / "kept")
+    read = evidence.read(job.clip.input)
+    settings = plans.read(job.clip.plan)
+    made = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    rng = np.random.default_rng(7)
+    before = json.dumps(rng.bit_generator.state)
+    assert store.restore("0" * 64, [window.window for window in made.windows], rng) == []
+    assert json.dumps(rng.bit_generator.state) == before
+
+
+def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> None:
+    store = checkpoint.Folder(tmp_path / "kept")
+    read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
+    made = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    again = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    for before, after in zip(made.windows, again.windows, strict=True):
+        for item in dataclasses.fields(before):
+            a, b = getattr(before, item.name), getattr(after, item.name)
+            if item.name == "handover":
+                np.testing.assert_array_equal(a.state, b.state)
+                np.testing.assert_array_equal(a.knots_rad, b.knots_rad)
+            else:
+                assert type(a) is type(b), item.name
+                np.testing.assert_array_equal(a, b)
+    assert again.seconds["simulation"] >= sum(window.seconds for window in made.windows)
