@@ -1,7 +1,7 @@
 """What a run has solved so far, on disk after every window: a run that was killed goes on with the same bits.
 
-A window is a function of the problem, the handover before it and the random generator's state, so these are
-what is kept. One file per window, written aside, flushed to the disk and renamed.
+A window is a function of the problem, the handover before it, the seed and its effort, so results are all that
+is kept. One file per window, written aside, flushed to the disk and renamed.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ import numpy as np
 import simrecon
 from simrecon import plan as plans
 from simrecon.engines.problem import Problem
-from simrecon.types import Handover, Window, WindowResult, WindowStatus
+from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
-SCHEMA = "simrecon.checkpoint/1"
+SCHEMA = "simrecon.checkpoint/2"
 
 
 class Store(Protocol):
     """Where solved windows are kept."""
 
-    def restore(self, digest: str, windows: Sequence[Window], rng: np.random.Generator) -> list[WindowResult]:
-        """The windows that are solved already, with the generator put where the last one left it."""
+    def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
+        """The windows that are solved already."""
 
-    def save(self, result: WindowResult, rng: np.random.Generator) -> None:
-        """Keep a window that was just solved, and the generator's state after it."""
+    def save(self, result: WindowResult) -> None:
+        """Keep a window that was just solved."""
 
 
 class Folder:
@@ -51,22 +51,24 @@ class Folder:
         self.windows: tuple[Window, ...] = ()
         self._digest = ""
 
-    def restore(self, digest: str, windows: Sequence[Window], rng: np.random.Generator) -> list[WindowResult]:
-        """See `Store`. Files that are damaged, and all after them, are removed: those windows are redone."""
+    def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
+        """See `Store`.
+
+        Files that are damaged, or that don't begin where the one before ends (it was solved again after a
+        fall), and all after them, are removed: those windows are redone.
+        """
         self._digest, self.windows = digest, tuple(windows)
         found: list[WindowResult] = []
         for window in windows:
-            read = _read(self._file(window), digest, window)
-            if read is None:
+            result = _read(self._file(window), digest, window)
+            if result is None or (found and not np.array_equal(result.states[0], found[-1].states[-1])):
                 break
-            result, state = read
             found.append(result)
-            rng.bit_generator.state = state
         for window in windows[len(found) :]:
             self._file(window).unlink(missing_ok=True)
         return found
 
-    def save(self, result: WindowResult, rng: np.random.Generator) -> None:
+    def save(self, result: WindowResult) -> None:
         """See `Store`.
 
         Raises:
@@ -77,7 +79,7 @@ class Folder:
         partial = target.with_suffix(".partial")
         try:
             with partial.open("wb") as stream:
-                stream.write(_bytes(self._digest, result, rng))
+                stream.write(_bytes(self._digest, result))
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(partial, target)
@@ -110,12 +112,12 @@ def digest(problem: Problem, handover: Handover, seed: int) -> str:
     return found.hexdigest()
 
 
-_OWN_FORM = ("window", "loss_terms", "status", "handover")
+_OWN_FORM = ("window", "loss_terms", "status", "effort", "handover")
 _PLAIN = tuple(item.name for item in dataclasses.fields(WindowResult) if item.name not in _OWN_FORM)
 """Fields of a result that are arrays or numbers."""
 
 
-def _bytes(digest: str, result: WindowResult, rng: np.random.Generator) -> bytes:
+def _bytes(digest: str, result: WindowResult) -> bytes:
     window = result.window
     buffer = io.BytesIO()
     plain: dict[str, Any] = {name: np.asarray(getattr(result, name)) for name in _PLAIN}
@@ -128,16 +130,16 @@ def _bytes(digest: str, result: WindowResult, rng: np.random.Generator) -> bytes
         term_names=np.array(list(result.loss_terms), dtype=str),
         terms=np.array(list(result.loss_terms.values()), dtype=float),
         status=result.status.name,
+        effort=[result.effort.retry, result.effort.until],
         state=result.handover.state,
         knots_rad=result.handover.knots_rad,
-        rng=json.dumps(_plain(rng.bit_generator.state)),
         **plain,
     )
     return buffer.getvalue()
 
 
-def _read(path: Path, digest: str, window: Window) -> tuple[WindowResult, dict[str, Any]] | None:
-    """A window and the generator's state after it; None where there is none, or it is not whole."""
+def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
+    """A window; None where there is none, or it is not whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
@@ -147,23 +149,16 @@ def _read(path: Path, digest: str, window: Window) -> tuple[WindowResult, dict[s
         plain: dict[str, Any] = {
             name: found[name] if found[name].ndim else found[name].item() for name in _PLAIN
         }
-        result = WindowResult(
+        return WindowResult(
             window=window,
             loss_terms=dict(zip(found["term_names"].tolist(), found["terms"].tolist(), strict=True)),
             status=WindowStatus[str(found["status"])],
+            effort=Effort(*(int(value) for value in found["effort"])),
             handover=Handover(found["state"], found["knots_rad"]),
             **plain,
         )
-        return result, json.loads(str(found["rng"]))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
-
-
-def _plain(value: Any) -> Any:
-    """A generator's state as JSON knows it: whole numbers may come as numpy's."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    return int(value) if isinstance(value, np.integer) else value
 
 
 def _flush_folder(folder: Path) -> None:

@@ -72,6 +72,14 @@ class Optimiser:
 
 
 @dataclass(frozen=True)
+class Recovery:
+    """`[recovery]`: how far from the kinematic fit is a fall, 0 = anything goes; how often to try again."""
+
+    corridor_m: float = _range(0.0, 100.0)
+    retries: int = _range(0, 10)
+
+
+@dataclass(frozen=True)
 class LossWeights:
     """`[loss]`: weights of the loss of a rollout; 0 switches a term off."""
 
@@ -120,6 +128,7 @@ class Plan:
     simulation: Simulation
     window: WindowPlan
     optimiser: Optimiser
+    recovery: Recovery
     loss: LossWeights
     kinematics: Kinematics
 

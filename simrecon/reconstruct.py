@@ -17,8 +17,8 @@ from simrecon import checkpoint as checkpoints
 from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
 from simrecon.body import Wanted
+from simrecon.engines import clip, sampling
 from simrecon.engines import problem as problems
-from simrecon.engines import sampling
 from simrecon.engines import start as starts
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
@@ -26,7 +26,7 @@ from simrecon.plan import Plan
 from simrecon.results import Audit
 from simrecon.rollout import Threads
 from simrecon.scene import check
-from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult, WindowStatus
+from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult
 
 Report = Callable[[str, float, float], None]
 """Called with the stage, how much of it is done and how much there is, in seconds of video."""
@@ -97,28 +97,25 @@ def reconstruct(
     handover = sampling.start(problem)
     if start is not None:
         problem, handover = starts.from_motion(problem, start)
-    engine = sampling.Sampler(problem, threads)
-    rng = np.random.default_rng(seed)
     windows = schedule.cut(clock, plan)
-    solved: list[WindowResult] = []
+    known: list[WindowResult] = []
     if checkpoint is not None:
-        solved = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows, rng)
-    earlier_s = sum(result.seconds for result in solved)
-    handover = solved[-1].handover if solved else handover
-    for window in windows[len(solved) :]:
-        report("simulation", window.start_step * clock.step_s, duration_s)
-        result = engine.solve(window, handover, rng)
-        if result.status is WindowStatus.FAILED:
-            break
-        solved.append(result)
-        handover = result.handover
-        if checkpoint is not None:
-            checkpoint.save(result, rng)
+        known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)
+    earlier_s = sum(result.seconds for result in known)
+    solved = clip.solve(
+        sampling.Sampler(problem, threads),
+        windows,
+        handover,
+        seed,
+        solved=known,
+        begin=lambda window: report("simulation", window.start_step * clock.step_s, duration_s),
+        keep=lambda result: None if checkpoint is None else checkpoint.save(result),
+    )
     report("simulation", duration_s, duration_s)
     marks.append(time.perf_counter())
 
-    motion, audit = results.record(problem, fit, tuple(solved), evidence.times_s, grid)
+    motion, audit = results.record(problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s
-    return Reconstruction(evidence, fit, problem, tuple(solved), motion, audit, seconds)
+    return Reconstruction(evidence, fit, problem, solved, motion, audit, seconds)

@@ -255,11 +255,30 @@ class Handover:
 
 
 class WindowStatus(Enum):
-    """How the optimisation of a window ended."""
+    """The rule that ended the optimisation of a window."""
 
     GENERATIONS = "all generations used"
-    CONVERGED = "loss and step size converged"
+    AT_REST = "the loss improved by less than tol_loss"
+    SMALL_STEPS = "the step size fell below tol_sigma"
     FAILED = "no rollout stayed finite"
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a window is solved with after a fall.
+
+    Attributes:
+        retry: 0 at first; each one doubles generations and descent steps and draws other random numbers.
+        until: index of the last window that is solved so, the one that fell.
+    """
+
+    retry: int = 0
+    until: int = -1
+
+    @property
+    def factor(self) -> int:
+        """On the numbers of generations and descent steps."""
+        return int(2**self.retry)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,6 +291,7 @@ class WindowResult:
         states: (commit_step - start_step + 1, nstate) the committed states, the first included.
         loss: best total loss; loss_terms: its weighted terms by name.
         trace: (1 + D + G,) best loss at the warm start, after each descent step and each generation.
+        steps: (1 + D + G,) simulation steps spent until then.
         descent_steps: D. evaluations: rollouts done, the last one of the mean.
         seconds, stepping_s: wall time, and wall time within MuJoCo.
         handover: to the next window.
@@ -283,11 +303,13 @@ class WindowResult:
     loss: float
     loss_terms: dict[str, float]
     trace: Array
+    steps: IntArray
     descent_steps: int
     evaluations: int
     seconds: float
     stepping_s: float
     status: WindowStatus
+    effort: Effort
     handover: Handover
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from simrecon import schedule
 from simrecon.plan import Plan, Simulation, WindowPlan
 from simrecon.schedule import Clock
-from simrecon.types import Handover, WindowResult, WindowStatus
+from simrecon.types import Effort, Handover, WindowResult, WindowStatus
 
 clocks = st.builds(
     Clock, st.sampled_from([1 / 120, 1 / 60, 1 / 30, 1 / 25, 0.1]), st.integers(1, 6), st.integers(2, 400)
@@ -91,11 +91,13 @@ def test_stitching_keeps_the_order() -> None:
             loss=0.0,
             loss_terms={},
             trace=np.zeros(1),
+            steps=np.zeros(1, dtype=np.int64),
             descent_steps=0,
             evaluations=1,
             seconds=0.0,
             stepping_s=0.0,
-            status=WindowStatus.CONVERGED,
+            status=WindowStatus.AT_REST,
+            effort=Effort(),
             handover=handover,
         )
         for window in windows

@@ -19,9 +19,9 @@ from simrecon import kinematics, rotations
 from simrecon.types import Array, KinematicFit, Scene, Skeleton
 
 CLIPS = ("walk", "run", "jump", "kick", "dance_a", "roll", "getup_faceup", "backflip")
-HEIGHT_M, MASS_KG, SOLE_M, RATE_HZ = 1.62, 45.0, 0.02, 30.0
-FLOOR_PERCENTILE = 5.0
-"""Of the lowest point of each frame: feet of one body on the legs of another do not all meet the floor."""
+HEIGHT_M, MASS_KG, RATE_HZ = 1.62, 45.0, 30.0
+FLOOR_RANGE_M = 0.04
+"""A sole this near to the file's floor stands; the floor is where such soles are in the median."""
 
 _TO_WORLD = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 _SEGMENTS = (
@@ -36,16 +36,22 @@ _HINGES = ("knee", "elbow")
 def read(folder: Path, clip: str) -> KinematicFit:
     """One clip at 30 Hz, standing on the floor; its camera is None."""
     times_s, root_m, local = _frames(json.loads((folder / f"humanoid3d_{clip}.txt").read_text())["Frames"])
-    joints = json.loads((folder / "humanoid3d.txt").read_text())["Skeleton"]["Joints"]
-    skeleton = _skeleton({j["Name"]: _TO_WORLD @ [j[f"Attach{axis}"] for axis in "XYZ"] for j in joints})
+    character = json.loads((folder / "humanoid3d.txt").read_text())
+    foot = next(part for part in character["BodyDefs"] if part["Name"] == "left_ankle")
+    skeleton = _skeleton(
+        {j["Name"]: _TO_WORLD @ _along(j, "Attach") for j in character["Skeleton"]["Joints"]},
+        _TO_WORLD @ _along(foot, "Attach"),
+        np.abs(_TO_WORLD @ [foot[f"Param{i}"] for i in range(3)]),
+    )
     qpos = np.concatenate((root_m, _rotations(skeleton, local).reshape(len(times_s), -1)), axis=1)
     grid = np.arange(0.0, times_s[-1] + 1e-9, 1.0 / RATE_HZ)
     moved = np.stack([np.interp(grid, times_s, column) for column in root_m.T], axis=1)
     turned = rotations.interpolate(times_s, qpos[:, 3:].reshape(len(times_s), -1, 4), grid)
     qpos = np.concatenate((moved, turned.reshape(len(grid), -1)), axis=1)
-    body = bodies.build(skeleton, height_m=HEIGHT_M, mass_kg=MASS_KG, sole_m=SOLE_M)
-    lowest = kinematics.configurations(body, qpos)[1][..., 2].min(axis=1)
-    qpos[:, 2] -= np.percentile(lowest, FLOOR_PERCENTILE) - SOLE_M
+    body = bodies.build(skeleton, height_m=HEIGHT_M, mass_kg=MASS_KG)
+    soles = [skeleton.point_names.index(f"{side}_{end}") for side in ("left", "right") for end in ("heel", "toe")]
+    lowest = kinematics.configurations(body, qpos)[1][:, soles, 2].min(axis=1)
+    qpos[:, 2] -= np.median(lowest[np.abs(lowest) < FLOOR_RANGE_M])
     return KinematicFit(
         body=body,
         scene=Scene(),
@@ -77,8 +83,16 @@ def _frames(frames: list[list[float]]) -> tuple[Array, Array, dict[str, Array]]:
     return times_s, values[:, 1:4] @ _TO_WORLD.T, local
 
 
-def _skeleton(attach_m: dict[str, Array]) -> Skeleton:
-    """Our tree with the lengths of the file; the trunk bends in two joints where the file has one."""
+def _along(entry: dict[str, float], key: str) -> Array:
+    return np.array([entry[f"{key}{axis}"] for axis in "XYZ"])
+
+
+def _skeleton(attach_m: dict[str, Array], foot_m: Array, foot_size_m: Array) -> Skeleton:
+    """Our tree with the lengths and soles of the file; the trunk bends in two joints where the file has one.
+
+    Args:
+        attach_m: joint centres in their parents' frames; foot_m: (3,) centre of the foot's box, and its size.
+    """
     unit = bodies.rescaled(bodies.template(), HEIGHT_M)
     offsets = unit.offsets_m.copy()
     row = {name: i for i, name in enumerate(unit.names)}
@@ -91,7 +105,11 @@ def _skeleton(attach_m: dict[str, Array]) -> Skeleton:
         for name in ("elbow", "wrist"):
             along = np.sign(unit.offsets_m[row[f"{side}_{name}"], 1]) * np.array([0.0, 1.0, 0.0])
             offsets[row[f"{side}_{name}"]] = along * np.linalg.norm(attach_m[f"{side}_{name}"])
-    return replace(unit, offsets_m=offsets)
+    points = unit.point_offsets_m.copy()
+    for side in ("left", "right"):
+        for end, forward in (("heel", -0.5), ("toe", 0.5)):
+            points[unit.point_names.index(f"{side}_{end}")] = foot_m + foot_size_m * [forward, 0.0, -0.5]
+    return replace(unit, offsets_m=offsets, point_offsets_m=points)
 
 
 def _rotations(skeleton: Skeleton, local: dict[str, Array]) -> Array:

@@ -160,18 +160,18 @@ class _Watched(checkpoint.Folder):
         super().__init__(places.checkpoints(job.clip.name) / job.key[:16])
         self._places, self._job, self._tell, self._stop = places, job, tell, stop
 
-    def restore(self, digest: str, windows: Sequence[Window], rng: np.random.Generator) -> list[WindowResult]:
+    def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
         """Say where the work goes on."""
-        found = super().restore(digest, windows, rng)
+        found = super().restore(digest, windows)
         name = self._job.clip.name
         if found:
             failures.note(self._places, name, f"goes on after window {len(found)} of {len(windows)}")
         self._tell({"event": "started", "clip": name, "window": len(found), "windows": len(windows)})
         return found
 
-    def save(self, result: WindowResult, rng: np.random.Generator) -> None:
+    def save(self, result: WindowResult) -> None:
         """Keep it, tell, and end if that was asked for."""
-        super().save(result, rng)
+        super().save(result)
         done, name = result.window.index + 1, self._job.clip.name
         count = len(self.windows)
         line = f"window {done} of {count}: loss {result.loss:.2f}, {result.seconds:.1f} s"

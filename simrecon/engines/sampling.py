@@ -18,12 +18,13 @@ from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
 from simrecon.rollout import Simulator, Threads
-from simrecon.types import Array, Handover, Window, WindowResult, WindowStatus
+from simrecon.types import Array, Effort, Handover, Window, WindowResult, WindowStatus
 
 # The first window has no warm start: descents there are this many times longer.
 FIRST_WINDOW = 2
 # Generations over which the best loss is looked at, to tell whether it is at rest.
 PATIENCE = 10
+FIRST_EFFORT = Effort()
 
 
 def start(problem: Problem) -> Handover:
@@ -41,30 +42,36 @@ class Sampler:
         self.problem = problem
         self.simulator = Simulator(problem.model, problem.plan.optimiser.population, threads)
 
-    def solve(self, window: Window, handover: Handover, rng: np.random.Generator) -> WindowResult:
+    def solve(
+        self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort = FIRST_EFFORT
+    ) -> WindowResult:
         """Optimise one window from the state and knots that the last one handed over.
 
         Args:
             window: which part of the clip.
             handover: exact state at its start, and knots so far.
             rng: random numbers for the samples.
+            effort: how much more than usual is spent, after a fall.
         """
-        began, stepping = time.perf_counter(), self.simulator.seconds
+        began, stepping, stepped = time.perf_counter(), self.simulator.seconds, self.simulator.steps
         plan = self.problem.plan.optimiser
         task = Task(self.problem, window, handover)
         descent = Descent.begin(task, self.simulator)
-        trace = [descent.loss]
-        descents = plan.descent_steps * (1 if window.index else FIRST_WINDOW)
+        trace, steps = [descent.loss], [self.simulator.steps]
+        descents = plan.descent_steps * (1 if window.index else FIRST_WINDOW) * effort.factor
         for _ in range(descents):
             descent.step()
             trace.append(descent.loss)
+            steps.append(self.simulator.steps)
         search = _Search(descent, rng)
         status = WindowStatus.GENERATIONS
-        for _ in range(plan.generations):
+        for _ in range(plan.generations * effort.factor):
             search.generation()
             trace.append(search.loss)
-            if search.at_rest(trace[-PATIENCE - 1 :]):
-                status = WindowStatus.CONVERGED
+            steps.append(self.simulator.steps)
+            ended = search.ended(trace[-PATIENCE - 1 :])
+            if ended is not None:
+                status = ended
                 break
         # The mean averages out the sampling noise of coordinates that have not converged.
         search.consider(search.es.mean[None])
@@ -76,11 +83,13 @@ class Sampler:
             loss=search.loss,
             loss_terms=search.terms,
             trace=np.array(trace),
+            steps=np.array(steps) - stepped,
             descent_steps=descents,
             evaluations=round(descent.evaluations) + search.es.evaluations + 1,
             seconds=time.perf_counter() - began,
             stepping_s=self.simulator.seconds - stepping,
             status=status,
+            effort=effort,
         )
 
 
@@ -126,9 +135,11 @@ class _Search:
             self.terms = {name: float(value[lowest]) for name, value in terms.items()}
         return total
 
-    def at_rest(self, recent: list[float]) -> bool:
-        """Whether the best loss has come to rest over the last `PATIENCE` generations, or the step size."""
+    def ended(self, recent: list[float]) -> WindowStatus | None:
+        """The rule that ends the window now: the best loss of the last `PATIENCE` generations, or sigma."""
         if self.es.sigma <= self.tol_sigma:
-            return True
+            return WindowStatus.SMALL_STEPS
         enough = len(recent) > PATIENCE and self.tolerance > 0.0
-        return enough and recent[0] - recent[-1] <= self.tolerance * recent[-1]
+        if enough and recent[0] - recent[-1] <= self.tolerance * recent[-1]:
+            return WindowStatus.AT_REST
+        return None

@@ -155,6 +155,7 @@ def _window(result: WindowResult, step_s: float) -> dict[str, Any]:
         "commit_s": window.commit_step * step_s,
         "end_s": window.end_step * step_s,
         "status": result.status.value,
+        "retry": result.effort.retry,
         "loss": result.loss,
         "loss_terms": result.loss_terms,
         "descent_steps": result.descent_steps,

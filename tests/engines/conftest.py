@@ -12,7 +12,7 @@ from simrecon import kinematics, prior, rotations, schedule
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
-from simrecon.plan import LossWeights, Optimiser, Plan, Simulation, WindowPlan
+from simrecon.plan import LossWeights, Optimiser, Plan, Recovery, Simulation, WindowPlan
 from simrecon.types import Camera, Evidence, KinematicFit, Scene
 
 FRAMES, FRAME_S = 13, 1 / 30
@@ -40,6 +40,8 @@ def settings(
     generations: int = 5,
     start: float = 0.0,
     descent: int = 0,
+    corridor_m: float = 0.0,
+    retries: int = 0,
     **losses: float | str,
 ) -> Plan:
     return Plan(
@@ -59,6 +61,7 @@ def settings(
             tol_loss=0.0,
             tol_sigma=0.0,
         ),
+        Recovery(corridor_m, retries),
         LossWeights(**(LOSSES | losses)),
         None,
     )

@@ -105,11 +105,13 @@ def stepped(problem: Problem) -> tuple[WindowResult, ...]:
             loss=1.0,
             loss_terms={"pose": 1.0},
             trace=np.ones(3),
+            steps=np.zeros(3, dtype=np.int64),
             descent_steps=0,
             evaluations=12,
             seconds=2.0,
             stepping_s=1.5,
             status=WindowStatus.GENERATIONS,
+            effort=Effort(),
             handover=Handover(state, np.zeros((1, problem.model.nu))),
         )
         windows.append(window)

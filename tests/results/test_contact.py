@@ -94,11 +94,13 @@ def held(problem: Problem, person: Body, scene: Scene, qvel: Array | None = None
         loss=0.0,
         loss_terms={},
         trace=np.zeros(1),
+        steps=np.zeros(1, dtype=np.int64),
         descent_steps=0,
         evaluations=1,
         seconds=1.0,
         stepping_s=1.0,
         status=WindowStatus.GENERATIONS,
+        effort=Effort(),
         handover=Handover(states[-1], np.zeros((1, problem.model.nu))),
     )
     frames = problem.clock.frames
