@@ -1,7 +1,7 @@
 """What a run has solved so far, on disk after every window: a run that was killed goes on with the same bits.
 
-A window is a function of the problem, the handover before it, the seed and its effort, so results are all that
-is kept. One file per window, written aside, flushed to the disk and renamed.
+A window is a function of the problem, the handover before it, the seed and its effort, so results are all
+that is kept. One file per window, written aside, flushed to the disk and renamed.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class Folder:
 
     Attributes:
         path: of the folder, made with the first window.
-        windows: of the problem that was restored last.
+        windows: of the problem that was restored last, and its digest.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.windows: tuple[Window, ...] = ()
-        self._digest = ""
+        self.digest = ""
 
     def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
         """See `Store`.
@@ -57,7 +57,7 @@ class Folder:
         Files that are damaged, or that don't begin where the one before ends (it was solved again after a
         fall), and all after them, are removed: those windows are redone.
         """
-        self._digest, self.windows = digest, tuple(windows)
+        self.digest, self.windows = digest, tuple(windows)
         found: list[WindowResult] = []
         for window in windows:
             result = _read(self._file(window), digest, window)
@@ -79,7 +79,7 @@ class Folder:
         partial = target.with_suffix(".partial")
         try:
             with partial.open("wb") as stream:
-                stream.write(_bytes(self._digest, result))
+                stream.write(_bytes(self.digest, result))
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(partial, target)
@@ -89,7 +89,7 @@ class Folder:
             raise
 
     def _file(self, window: Window) -> Path:
-        return self.path / self._digest[:16] / f"window_{window.index:05d}.npz"
+        return self.path / self.digest[:16] / f"window_{window.index:05d}.npz"
 
 
 def digest(problem: Problem, handover: Handover, seed: int) -> str:

@@ -49,7 +49,9 @@ def read(folder: Path, clip: str) -> KinematicFit:
     turned = rotations.interpolate(times_s, qpos[:, 3:].reshape(len(times_s), -1, 4), grid)
     qpos = np.concatenate((moved, turned.reshape(len(grid), -1)), axis=1)
     body = bodies.build(skeleton, height_m=HEIGHT_M, mass_kg=MASS_KG)
-    soles = [skeleton.point_names.index(f"{side}_{end}") for side in ("left", "right") for end in ("heel", "toe")]
+    soles = [
+        skeleton.point_names.index(f"{side}_{end}") for side in ("left", "right") for end in ("heel", "toe")
+    ]
     lowest = kinematics.configurations(body, qpos)[1][:, soles, 2].min(axis=1)
     qpos[:, 2] -= np.median(lowest[np.abs(lowest) < FLOOR_RANGE_M])
     return KinematicFit(
@@ -91,7 +93,9 @@ def _skeleton(attach_m: dict[str, Array], foot_m: Array, foot_size_m: Array) -> 
     """Our tree with the lengths and soles of the file; the trunk bends in two joints where the file has one.
 
     Args:
-        attach_m: joint centres in their parents' frames; foot_m: (3,) centre of the foot's box, and its size.
+        attach_m: joint centres (3,) in their parents' frames.
+        foot_m: (3,) centre of the foot's box, in the ankle's frame.
+        foot_size_m: (3,) its full lengths.
     """
     unit = bodies.rescaled(bodies.template(), HEIGHT_M)
     offsets = unit.offsets_m.copy()

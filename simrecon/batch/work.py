@@ -15,8 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from simrecon import checkpoint, reconstruct, results, softfloor
 from simrecon import scene as scenes
 from simrecon.batch import failures, inputs, journal

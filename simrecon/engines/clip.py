@@ -1,9 +1,9 @@
 """All windows of a clip in a row, and once more from further back after a fall.
 
-A window has fallen if its committed part leaves the plan's corridor around the kinematic fit, or if no rollout
-stayed finite. The first retry goes back one window, the next one two, and so on, each with twice the effort of
-the one before and other random numbers, up to the window that fell. If the plan's retries do not help either,
-the clip ends there.
+A window has fallen if its committed part leaves the plan's corridor around the kinematic fit, or if no
+rollout stayed finite. The first retry goes back one window, the next one two, and so on, each with twice the
+effort of the one before and other random numbers, up to the window that fell. If the plan's retries do not
+help either, the clip ends there.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def solve(
         start: where the first window begins.
         seed: of all random numbers.
         solved: the first windows, if they are known already.
-        begin: told of each window before it is solved; keep: of each that was solved and did not fall.
+        begin: told of each window before it is solved.
+        keep: told of each that was solved and did not fall.
 
     Returns:
         The windows up to the end, or up to the first one that fell in spite of all retries.

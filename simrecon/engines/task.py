@@ -169,8 +169,9 @@ class Task:
             Term(com_off, weights.com_position),
             Term(rate * np.diff(com_off, axis=1), weights.com_velocity),
             Term(off, weights.landmark * problem.point_weights),
-            Term(rate * np.diff(off, axis=1), weights.landmark_velocity * problem.point_weights),
         ]
+        if weights.landmark_velocity:
+            terms.append(Term(rate * np.diff(off, axis=1), weights.landmark_velocity * problem.point_weights))
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
             terms.append(Term(0.5 * turn, weights.pose, np.ones_like, floor=0.025))

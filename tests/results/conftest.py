@@ -19,6 +19,7 @@ from simrecon.types import (
     Array,
     Body,
     Camera,
+    Effort,
     Evidence,
     Handover,
     KinematicFit,

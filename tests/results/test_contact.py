@@ -20,6 +20,7 @@ from simrecon.errors import InputError
 from simrecon.types import (
     Array,
     Body,
+    Effort,
     Evidence,
     Handover,
     KinematicFit,
