@@ -61,6 +61,7 @@ class Optimiser:
     covariance: str = _choice("diagonal", "full")
     population: int = _range(4, 100_000)
     generations: int = _range(0, 1_000_000)
+    draft_steps: int = _range(0, 1000)
     descent_steps: int = _range(0, 1000)
     spread: float = _range(1e-6, 1e6)
     sigma_rad: float = _range(1e-6, math.pi)

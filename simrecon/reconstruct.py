@@ -17,7 +17,7 @@ from simrecon import checkpoint as checkpoints
 from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
 from simrecon.body import Wanted
-from simrecon.engines import clip, sampling
+from simrecon.engines import clip, draft, sampling
 from simrecon.engines import problem as problems
 from simrecon.engines import start as starts
 from simrecon.engines.problem import Problem
@@ -98,6 +98,7 @@ def reconstruct(
     if start is not None:
         problem, handover = starts.from_motion(problem, start)
     windows = schedule.cut(clock, plan)
+    handover = draft.drafted(problem, windows, handover, threads)
     known: list[WindowResult] = []
     if checkpoint is not None:
         known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)

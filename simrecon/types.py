@@ -247,7 +247,7 @@ class Handover:
 
     Attributes:
         state: (nstate,) `mjSTATE_INTEGRATION`.
-        knots_rad: (Q, nu) control offsets of the whole clip so far; knots not yet reached are zero.
+        knots_rad: (Q, nu) control offsets of the whole clip; knots not yet reached are zero, or drafted.
     """
 
     state: Array

@@ -64,14 +64,15 @@ class Task:
         self._free = 2 * rollout.person(problem.model).nv if free else 0
 
     def warm_start(self) -> Array:
-        """Unknowns (n,): knots of the overlap as the last window left them, then as the last known one."""
+        """Unknowns (n,): knots of the overlap as the last window left them, then as drafted, or all the same."""
         knots = self.handover.knots_rad[self.knots].copy()
         if self.window.index:
             clock, plan = self.problem.clock, self.problem.plan.window
             start_s, end_s = (step * clock.step_s for step in (self.window.start_step, self.window.end_step))
             reached = splines.support(start_s, min(start_s + plan.overlap_s, end_s), plan.knot_spacing_s).stop
             known = min(max(reached - self.knots.start, 1), len(knots))
-            knots[known:] = knots[known - 1]
+            if not knots[known:].any():
+                knots[known:] = knots[known - 1]
         return np.concatenate((knots.ravel(), np.zeros(self._free)))
 
     def deviations(self) -> Array:
