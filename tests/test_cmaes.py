@@ -16,7 +16,7 @@ from simrecon.cmaes import CMAES, Covariance, strategy
 from simrecon.types import Array
 
 Function = Callable[[Array], Array]
-COVARIANCES: tuple[Covariance, ...] = ("diagonal", "full")
+COVARIANCES: tuple[Covariance, ...] = ("diagonal", "low_rank", "full")
 TARGET = 1e-8
 
 
