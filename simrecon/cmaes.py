@@ -2,7 +2,8 @@
 
 Source: N. Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv 1604.00772, whose equation numbers are
 given below; for the diagonal variant R. Ros and N. Hansen, "A Simple Modification in CMA-ES Achieving Linear
-Time and Space Complexity", PPSN 2008; for low rank see `covariance`. Axes: P samples of a generation, n variables.
+Time and Space Complexity", PPSN 2008; for the low-rank one see `covariance`. Axes: P samples of a generation,
+n variables.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ class Strategy:
 def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
     """Default constants, tutorial eq. 49 to 58.
 
-    Diagonal rates are those of Ros and Hansen 2008. Those of low rank fall with its n (k + 2) numbers; they are
-    those of Y. Akimoto and N. Hansen, "Online Model Selection for Restricted Covariance Matrix Adaptation",
+    Diagonal rates are those of Ros and Hansen 2008. Those of low rank fall with its n (k + 2) numbers, as in
+    Y. Akimoto and N. Hansen, "Online Model Selection for Restricted Covariance Matrix Adaptation",
     PPSN 2016, with the 1/4 of eq. 58, without which two samples teach nothing.
 
     Args:
@@ -73,7 +74,8 @@ def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
     if covariance == "low_rank":
         size = (n + 2) * (shapes.rank(n) + 2)
         c_1 = 2 / (size + mu_eff)
-        c_mu = min(1 - c_1, 2 * (mu_eff - 2 + 1 / mu_eff) / (size + 2 * (shapes.rank(n) + 2) + mu_eff))
+        size += 2 * (shapes.rank(n) + 2)
+        c_mu = min(1 - c_1, 2 * (0.25 + mu_eff + 1 / mu_eff - 2) / (size + mu_eff))
         c_c = math.sqrt(c_1)
     alpha = min(1 + c_1 / c_mu, 1 + 2 * mu_eff_negative / (mu_eff + 2))  # eq. 50, 51
     if covariance == "full":

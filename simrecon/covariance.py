@@ -43,7 +43,8 @@ class Diagonal:
 
     def distance2(self, steps: Array) -> Array:
         """yᵀ C⁻¹ y (P,) of steps y (P, n)."""
-        return np.square(steps) @ (1 / np.square(self.deviations))  # (P,)
+        squares: Array = np.square(steps) @ (1 / np.square(self.deviations))  # (P,)
+        return squares
 
     def update(self, keep: float, c_1: float, path: Array, weights: Array, steps: Array) -> None:
         """Diagonal of eq. 47.
@@ -98,7 +99,8 @@ class LowRank:
         """yᵀ C⁻¹ y (P,) of steps y (P, n)."""
         scaled = steps / self._scales  # (P, n)
         along = np.square(scaled @ self._axes.T)  # (P, k)
-        return np.einsum("pn,pn->p", scaled, scaled) - along @ (self._excess / (1 + self._excess))  # (P,)
+        squares: Array = np.square(scaled).sum(axis=1) - along @ (self._excess / (1 + self._excess))  # (P,)
+        return squares
 
     def update(self, keep: float, c_1: float, path: Array, weights: Array, steps: Array) -> None:
         """Eq. 47, projected to rank k by Akimoto and Hansen 2016, section 3.2.
