@@ -197,8 +197,9 @@ class CMAES:
         if self._bounds is None or not self._unfolded.size:
             return samples
         folded = _folded(self._unfolded, self._bounds)  # (P, n)
-        drawn = {x.tobytes(): u for x, u in zip(folded, self._unfolded, strict=True)}
-        return np.array([drawn.get(x.tobytes(), x) for x in samples])
+        rows = (samples[:, :1] == folded[:, 0]).argmax(axis=1)  # (P,) of two equal first coordinates any
+        known = (samples == folded[rows]).all(axis=1, keepdims=True)  # (P, 1)
+        return np.where(known, self._unfolded[rows], samples)
 
     def _learn(self, steps: Array) -> None:
         """Eq. 41 to 47 on ranked steps (P, n), best first."""
