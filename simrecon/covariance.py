@@ -153,7 +153,8 @@ class Full:
 
     def distance2(self, steps: Array) -> Array:
         """yᵀ C⁻¹ y (P,) of steps y (P, n)."""
-        return np.square((steps @ self._basis) / self._roots).sum(axis=1)  # (P,)
+        squares: Array = np.square((steps @ self._basis) / self._roots).sum(axis=1)  # (P,)
+        return squares
 
     def update(self, keep: float, c_1: float, path: Array, weights: Array, steps: Array) -> None:
         """Eq. 47; the arguments are those of `Diagonal.update`."""
