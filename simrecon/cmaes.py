@@ -2,7 +2,8 @@
 
 Source: N. Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv 1604.00772, whose equation numbers are
 given below; for the diagonal variant R. Ros and N. Hansen, "A Simple Modification in CMA-ES Achieving Linear
-Time and Space Complexity", PPSN 2008. Axes: P samples of a generation, n variables.
+Time and Space Complexity", PPSN 2008; for the low-rank one see `covariance`. Axes: P samples of a generation,
+n variables.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -51,12 +52,16 @@ class Strategy:
 
 
 def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
-    """Default constants, tutorial eq. 49 to 58; the diagonal rates are those of Ros and Hansen 2008.
+    """Default constants, tutorial eq. 49 to 58.
+
+    Diagonal rates are those of Ros and Hansen 2008. Those of low rank fall with its n (k + 2) numbers, as in
+    Y. Akimoto and N. Hansen, "Online Model Selection for Restricted Covariance Matrix Adaptation",
+    PPSN 2016, with the 1/4 of eq. 58, without which two samples teach nothing.
 
     Args:
         n: number of variables.
         population: samples of a generation.
-        covariance: `diagonal` learns c_1 and c_mu (n + 2) / 3 times as fast.
+        covariance: `diagonal` learns c_1 and c_mu (n + 2) / 3 times as fast as `full`.
     """
     raw = math.log((population + 1) / 2) - np.log(np.arange(1, population + 1))  # (P,) eq. 49
     mu = population // 2
@@ -65,6 +70,13 @@ def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
     faster = (n + 2) / 3 if covariance == "diagonal" else 1.0
     c_1 = faster * 2 / ((n + 1.3) ** 2 + mu_eff)  # eq. 57
     c_mu = min(1 - c_1, faster * 2 * (0.25 + mu_eff + 1 / mu_eff - 2) / ((n + 2) ** 2 + mu_eff))  # eq. 58
+    c_c = (4 + mu_eff / n) / (n + 4 + 2 * mu_eff / n)  # eq. 56
+    if covariance == "low_rank":
+        size = (n + 2) * (shapes.rank(n) + 2)
+        c_1 = 2 / (size + mu_eff)
+        size += 2 * (shapes.rank(n) + 2)
+        c_mu = min(1 - c_1, 2 * (0.25 + mu_eff + 1 / mu_eff - 2) / (size + mu_eff))
+        c_c = math.sqrt(c_1)
     alpha = min(1 + c_1 / c_mu, 1 + 2 * mu_eff_negative / (mu_eff + 2))  # eq. 50, 51
     if covariance == "full":
         alpha = min(alpha, (1 - c_1 - c_mu) / (n * c_mu))  # eq. 52
@@ -76,7 +88,7 @@ def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
         mu_eff=mu_eff,
         c_sigma=c_sigma,
         d_sigma=1 + 2 * max(0.0, math.sqrt((mu_eff - 1) / (n + 1)) - 1) + c_sigma,  # eq. 55
-        c_c=(4 + mu_eff / n) / (n + 4 + 2 * mu_eff / n),  # eq. 56
+        c_c=c_c,
         c_1=c_1,
         c_mu=c_mu,
         chi_n=math.sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n)),  # below eq. 44
@@ -96,7 +108,7 @@ class CMAES:
         sigma: overall initial step size.
         scales: (n,) initial standard deviations in units of sigma; ones if None.
         population: samples of a generation, 4 + ⌊3 ln n⌋ if None (eq. 48).
-        covariance: `diagonal` (linear cost) or `full`.
+        covariance: `diagonal` or `low_rank` (linear cost), or `full`.
         bounds: (n, 2) lower and upper limits, ±inf = none; or None.
         rng: generator to draw from, or a seed.
 
@@ -128,8 +140,8 @@ class CMAES:
         self._population = 4 + int(3 * math.log(n)) if population is None else int(population)  # eq. 48
         if self._population < 2:
             raise ValueError(f"population: {population}; valid is 2 or more")
-        if covariance not in ("diagonal", "full"):
-            raise ValueError(f"covariance: {covariance!r}; valid are 'diagonal', 'full'")
+        if covariance not in get_args(Covariance):
+            raise ValueError(f"covariance: {covariance!r}; valid are {', '.join(get_args(Covariance))}")
         self._covariance: Covariance = covariance
         self._bounds = None if bounds is None else _checked_bounds(bounds, self._mean)
         if self._bounds is not None:
@@ -185,8 +197,9 @@ class CMAES:
         if self._bounds is None or not self._unfolded.size:
             return samples
         folded = _folded(self._unfolded, self._bounds)  # (P, n)
-        drawn = {x.tobytes(): u for x, u in zip(folded, self._unfolded, strict=True)}
-        return np.array([drawn.get(x.tobytes(), x) for x in samples])
+        rows = (samples[:, :1] == folded[:, 0]).argmax(axis=1)  # (P,) of two equal first coordinates any
+        known = (samples == folded[rows]).all(axis=1, keepdims=True)  # (P, 1)
+        return np.where(known, self._unfolded[rows], samples)
 
     def _learn(self, steps: Array) -> None:
         """Eq. 41 to 47 on ranked steps (P, n), best first."""
@@ -202,8 +215,7 @@ class CMAES:
         self._path_c = (1 - k.c_c) * self._path_c + drift  # (n,) eq. 45
         weights = k.c_mu * k.weights  # (P,)
         last = slice(int(np.count_nonzero(weights >= 0)), None)
-        distance2 = np.square(self._shape.whiten(steps[last])).sum(axis=1)  # (P - mu,)
-        weights[last] *= n / np.maximum(distance2, 1e-30)  # eq. 46
+        weights[last] *= n / np.maximum(self._shape.distance2(steps[last]), 1e-30)  # eq. 46
         keep = 1 + k.c_1 * (1 - h_sigma) * k.c_c * (2 - k.c_c) - k.c_1 - k.c_mu * k.weights.sum()  # eq. 47
         self._shape.update(float(keep), k.c_1, self._path_c, weights, steps)  # eq. 47
         self._mean = self._mean + self._sigma * self._scales * mean_step  # (n,) eq. 42
@@ -312,7 +324,7 @@ class CMAES:
         if "schema" not in state or str(state["schema"]) != _SCHEMA:
             raise ValueError(f"schema: {state.get('schema')}; valid is {_SCHEMA!r}")
         bounds = _array(state["bounds"]).reshape(-1, 2)
-        covariance: Covariance = "full" if str(state["covariance"]) == "full" else "diagonal"
+        covariance: Any = str(state["covariance"])
         run = cls(
             _array(state["best_x"]),
             float(state["sigma"]),

@@ -58,7 +58,7 @@ class WindowPlan:
 class Optimiser:
     """`[optimiser]`: CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
 
-    covariance: str = _choice("diagonal", "full")
+    covariance: str = _choice("diagonal", "low_rank", "full")
     population: int = _range(4, 100_000)
     generations: int = _range(0, 1_000_000)
     draft_steps: int = _range(0, 1000)

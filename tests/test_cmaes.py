@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import time
+import tracemalloc
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -12,11 +14,12 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from simrecon import covariance as covariances
 from simrecon.cmaes import CMAES, Covariance, strategy
 from simrecon.types import Array
 
 Function = Callable[[Array], Array]
-COVARIANCES: tuple[Covariance, ...] = ("diagonal", "full")
+COVARIANCES: tuple[Covariance, ...] = ("diagonal", "low_rank", "full")
 TARGET = 1e-8
 
 
@@ -409,6 +412,139 @@ def test_update_is_that_of_the_tutorial() -> None:
         np.testing.assert_allclose(np.asarray(run.state()["matrix"]), matrix, rtol=1e-6, atol=1e-9)
         assert run.sigma == pytest.approx(sigma, rel=1e-6)
     assert 0 < sum(stalls) < len(stalls)
+
+
+def cigar(x: Array) -> Array:
+    return x[..., 0] ** 2 + 1e6 * np.square(x[..., 1:]).sum(axis=-1)
+
+
+def rotated(function: Function, n: int) -> Function:
+    basis, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((n, n)))
+    return lambda x: function(x @ basis)
+
+
+def least(run: CMAES, function: Function, count: int) -> float:
+    return generations(run, function, count).best_loss
+
+
+def test_low_rank_converges_on_a_rotated_cigar_and_diagonal_does_not() -> None:
+    function, start = rotated(cigar, 100), np.random.default_rng(0).standard_normal(100)
+    low_rank, diagonal = (
+        least(CMAES(start, 0.5, covariance=covariance, rng=0), function, 3000)
+        for covariance in ("low_rank", "diagonal")
+    )
+    assert low_rank < 1e-6
+    assert low_rank < 1e-3 * diagonal
+
+
+@pytest.mark.parametrize("function", [sphere, ellipsoid, rotated(ellipsoid, 500), rosenbrock])
+def test_low_rank_is_no_worse_than_diagonal_in_thirty_generations_of_fifty(function: Function) -> None:
+    start = np.zeros(500) if function is rosenbrock else np.random.default_rng(0).standard_normal(500)
+    sigma = 0.1 if function is rosenbrock else 0.3
+    low_rank, diagonal = (
+        least(CMAES(start, sigma, population=50, covariance=covariance, rng=0), function, 30)
+        for covariance in ("low_rank", "diagonal")
+    )
+    assert low_rank < 1.05 * diagonal
+
+
+def test_low_rank_takes_about_as_many_evaluations_as_vkd_cma_of_the_reference() -> None:
+    """A cigar of 20 variables; the reference adapts the number of directions and starts with none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        package = pytest.importorskip("cma")
+        sampler = importlib.import_module("cma.restricted_gaussian_sampler").GaussVkDSampler
+        function, reference = rotated(cigar, 20), []
+        for seed in range(2):
+            options = {"seed": seed + 1, "verbose": -9, "verb_log": 0, "tolfun": 0, "tolx": 0}
+            run = package.CMAEvolutionStrategy(np.ones(20), 0.5, sampler.extend_cma_options(options))
+            while run.best.f > TARGET and run.countiter < 3000:
+                samples = run.ask()
+                run.tell(samples, function(np.array(samples)).tolist())
+            reference.append(run.countevals)
+    own = [evaluations_to_target(function, np.ones(20), 0.5, "low_rank", seed) for seed in range(3)]
+    assert np.median(own) / np.median(reference) <= 1.15
+
+
+class Counted(np.ndarray):
+    """An array that counts the multiplications and the like of what is done with it."""
+
+    operations = 0
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        plain = [np.asarray(value) for value in inputs]
+        if "out" in options:
+            options["out"] = tuple(np.asarray(value) for value in options["out"])
+        result = getattr(ufunc, method)(*plain, **options)
+        if ufunc is np.matmul:
+            Counted.operations += plain[0].shape[-1] * np.size(result)
+        else:
+            Counted.operations += max(np.size(result), *(value.size for value in plain))
+        return np.asarray(result).view(Counted)
+
+
+def operations(n: int, covariance: Covariance) -> int:
+    """Element operations, an upper bound in products, of colouring, whitening and learning 50 samples."""
+    run = generations(CMAES(np.zeros(n), 0.5, population=50, covariance=covariance, rng=0), sphere, 2)
+    shape = run._shape
+    for name, value in vars(shape).items():
+        if isinstance(value, np.ndarray):
+            setattr(shape, name, value.view(Counted))
+    normal = np.random.default_rng(0).standard_normal((50, n)).view(Counted)
+    Counted.operations = 0
+    steps = shape.colour(normal)
+    shape.whiten(steps[0])
+    shape.distance2(steps[25:])
+    shape.update(0.9, 0.01, steps[0], np.linspace(0.01, -0.005, 50), steps)
+    return Counted.operations
+
+
+@pytest.mark.parametrize("covariance", ["diagonal", "low_rank"])
+def test_cost_is_linear_in_the_variables(covariance: Covariance) -> None:
+    assert operations(400, covariance) > 400 * 50
+    assert operations(4000, covariance) <= 10.5 * operations(400, covariance)
+    assert operations(400, "full") > 12 * operations(100, "full")
+
+
+@pytest.mark.parametrize("covariance", ["diagonal", "low_rank"])
+def test_memory_is_linear_in_the_variables(covariance: Covariance) -> None:
+    peaks, kept = [], []
+    for n in (500, 5000):
+        run = CMAES(np.zeros(n), 0.5, population=50, covariance=covariance, rng=0)
+        tracemalloc.start()
+        generations(run, sphere, 2)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        kept.append(sum(np.size(value) for value in run.state().values()))
+    assert peaks[1] < 11 * peaks[0]
+    assert kept[1] < 10 * kept[0]
+
+
+def test_low_rank_algebra_is_that_of_its_matrix() -> None:
+    run = generations(CMAES(np.ones(30), 0.5, population=20, covariance="low_rank", rng=0), cigar, 60)
+    shape, steps = run._shape, np.random.default_rng(1).standard_normal((7, 30))
+    factor = shape.colour(np.eye(30)).T
+    matrix = factor @ factor.T
+    assert np.linalg.matrix_rank(matrix - np.diag(np.diag(matrix))) > 0
+    np.testing.assert_allclose(shape.whiten(shape.colour(steps)), steps, atol=1e-9)
+    np.testing.assert_allclose(shape.deviations**2, np.diag(matrix), rtol=1e-9)
+    expected = np.einsum("pi,ij,pj->p", steps, np.linalg.inv(matrix), steps)
+    np.testing.assert_allclose(shape.distance2(steps), expected, rtol=1e-6)
+    axes = np.asarray(run.state()["axes"])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(len(axes)), atol=1e-9)
+
+
+def test_low_rank_projection_is_exact_where_the_updated_matrix_has_its_form() -> None:
+    """Directions along axes on an isotropic rest: eq. 47 stays within the model, so nothing is lost."""
+    n, shape = 12, covariances.identity("low_rank", 12, 0.1)
+    path, steps = 3.0 * np.eye(n)[0], 2.0 * np.eye(n)[1:4]
+    expected = np.ones(n)
+    for _ in range(3):
+        shape.update(0.7, 0.2, path, np.full(3, 0.1), steps)
+        expected *= 0.7
+        expected[:4] += [1.8, 0.4, 0.4, 0.4]
+    factor = shape.colour(np.eye(n)).T
+    np.testing.assert_allclose(factor @ factor.T, np.diag(expected), rtol=1e-9, atol=1e-9)
 
 
 def test_resumed_run_keeps_the_age_of_the_decomposition() -> None:

@@ -80,7 +80,7 @@ def test_a_whole_number_is_accepted_for_a_float() -> None:
         (r"\[simulation\]\n.*\ntimestep_max_s = .*", "simulation = 3", ("[simulation]", "table", "3")),
         ("purpose = .*", "", ("lacks", "'purpose'")),
         ("purpose = .*", "purpose = 1", ("purpose", "text", "1")),
-        ("covariance = .*", 'covariance = "fulll"', ("covariance", "diagonal, full", "'fulll'")),
+        ("covariance = .*", 'covariance = "fulll"', ("covariance", "diagonal, low_rank, full", "'fulll'")),
         ("population = .*", "population = 40.0", ("population", "whole number", "40.0")),
         ("population = .*", "population = true", ("population", "whole number", "True")),
         ("population = .*", "population = 1", ("population", "from 4 to", "found 1")),
