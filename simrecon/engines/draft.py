@@ -1,8 +1,8 @@
 """Draft and commit: windows on their own first, all at a time, so that the pass that counts begins well.
 
 Every window of a draft starts at the kinematic pose and velocity of its first frame, so the windows don't
-wait for each other (as Gärtner 2022 did for long sequences). What is simulated in a draft is thrown away; only
-its knots stay, as the warm start of the sequential pass, whose motion is one uninterrupted simulation.
+wait for each other (as Gärtner 2022 did for long sequences). What is simulated in a draft is thrown away;
+only its knots stay, as the warm start of the sequential pass, whose motion is one uninterrupted simulation.
 """
 
 from __future__ import annotations

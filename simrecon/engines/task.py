@@ -64,7 +64,7 @@ class Task:
         self._free = 2 * rollout.person(problem.model).nv if free else 0
 
     def warm_start(self) -> Array:
-        """Unknowns (n,): knots of the overlap as the last window left them, then as drafted, or all the same."""
+        """Unknowns (n,): knots of the overlap as the last window left them, then as drafted, if at all."""
         knots = self.handover.knots_rad[self.knots].copy()
         if self.window.index:
             clock, plan = self.problem.clock, self.problem.plan.window
