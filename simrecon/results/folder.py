@@ -114,6 +114,21 @@ def write(
     return said
 
 
+def read_report(folder: Path | str) -> Report:
+    """Read `report.json` of a result folder.
+
+    Raises:
+        InputError: it can't be read, or does not say of what, of whom and how the result was made.
+    """
+    path = Path(folder) / REPORT
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        found["input"]["name"], found["input"]["sha256"], found["person"]["height_m"], found["plan_name"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
+    return dict(found)
+
+
 def read(folder: Path | str) -> Motion:
     """Read and check the motion of a result folder.
 
