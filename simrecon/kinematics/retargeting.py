@@ -42,8 +42,6 @@ PLACE_SCALE_M = 0.03
 SIGMA_TURN_RAD = 0.5
 # Supports are steps in height; a pelvis takes them smoothly.
 SUPPORT_SMOOTH_S = 0.2
-# The motion before has done with evidence, contacts and balance; they would only move it once more.
-UNUSED = ("keypoint", "contact", "still", "balance", "smooth_com", "prior")
 LEVEL_COSINE = 0.7
 
 
@@ -162,7 +160,9 @@ def problem(fit: KinematicFit, body: Body, weights: Kinematics) -> tuple[Retarge
     touch = contact_points(body.skeleton, body.primitives)
     see = _observe(body.skeleton, touch, marks, found, fit.scene, scale, interval_s, weights)
     place = scaled_places(fit.scene, root, found.support_m, scale)
-    chosen = replace(weights, place_scale_m=PLACE_SCALE_M, **dict.fromkeys(UNUSED, 0.0))
+    # the motion before has met these; they would only move it once more
+    chosen = replace(weights, keypoint=0.0, contact=0.0, still=0.0, balance=0.0, smooth_com=0.0, prior=0.0)
+    chosen = replace(chosen, place_scale_m=PLACE_SCALE_M)
     objective = Objective(body.skeleton, touch, fit.scene, base, see, chosen)
     return Retargeting(objective, found, scale, rotvecs), Variables(place, rotvecs, 0.0, 0.0)
 

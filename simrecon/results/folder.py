@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 MOTION, MODEL, SCENE, REPORT = "motion.npz", "model.xml", "scene.toml", "report.json"
 OVERLAYS = ("overlay.mp4", "overlay.png")
-FILES = (MOTION, MODEL, SCENE, REPORT, *OVERLAYS)
+EXPORTS = ("motion.bvh",)
+FILES = (MOTION, MODEL, SCENE, REPORT, *OVERLAYS, *EXPORTS)
 """All that a result folder may hold: only a folder of these is ever replaced."""
 
 
