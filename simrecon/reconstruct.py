@@ -66,6 +66,7 @@ def reconstruct(
     report: Report = _silent,
     start: Motion | None = None,
     checkpoint: checkpoints.Store | None = None,
+    fit: KinematicFit | None = None,
 ) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
@@ -79,6 +80,7 @@ def reconstruct(
         report: told of the progress.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
         checkpoint: where solved windows are kept, and taken from; None: nowhere.
+        fit: the kinematic half on the uniform clock of the evidence, if it is known; None: it is fitted.
 
     Raises:
         InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
@@ -88,7 +90,8 @@ def reconstruct(
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
     duration_s = clock.steps * clock.step_s
     report("kinematic fit", 0.0, duration_s)
-    fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
+    if fit is None:
+        fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
     marks.append(time.perf_counter())
 
     mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)

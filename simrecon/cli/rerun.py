@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from simrecon import evidence, scene
 from simrecon.cli import arguments, run
 from simrecon.errors import InputError
 from simrecon.results import folder
-from simrecon.types import Evidence
+from simrecon.types import Evidence, Report
 
 
 def add(commands: Any) -> None:
@@ -29,7 +28,7 @@ def add(commands: Any) -> None:
 
 
 def _rerun(options: argparse.Namespace) -> int:
-    motion, report = folder.read(options.result), _report(options.result)
+    motion, report = folder.read(options.result), folder.read_report(options.result)
     given = _evidence(options, report)
     options.input = options.input or report["input"]["name"]
     if options.plan is None:
@@ -39,17 +38,7 @@ def _rerun(options: argparse.Namespace) -> int:
     return run._make(options, given, things, start=motion)
 
 
-def _report(result: str) -> dict[str, Any]:
-    path = Path(result) / folder.REPORT
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        found["input"]["name"], found["input"]["sha256"], found["person"], found["plan_name"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
-    return dict(found)
-
-
-def _evidence(options: argparse.Namespace, report: dict[str, Any]) -> Evidence:
+def _evidence(options: argparse.Namespace, report: Report) -> Evidence:
     """The evidence of the result, with the person's size as it was found."""
     file = options.input or report["input"]["name"]
     if not Path(file).is_file():

@@ -12,11 +12,12 @@ import numpy as np
 
 from simrecon import evidence, plan, reconstruct, resources, results, scene, softfloor
 from simrecon.body import Wanted, mass, model_file, names, shape
+from simrecon.body.shape import ShapeSpace
 from simrecon.cli import arguments, reading
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.progress import Progress, duration
 from simrecon.results import overlay
-from simrecon.types import Evidence, Motion, Report, Scene
+from simrecon.types import Array, Evidence, KinematicFit, Motion, Report, Scene
 
 EXIT_FALLBACK = 3
 ENGINES = ("sampling",)
@@ -39,24 +40,29 @@ def add(commands: Any) -> None:
     run.add_argument("--engine", choices=ENGINES, default=ENGINES[0], help="optimiser [%(default)s]")
     run.add_argument("--scene", metavar="FILE", help="floor and things (scene.toml) [a floor at z = 0]")
     run.add_argument("--video", metavar="FILE", help="what the overlay is drawn on [plain ground]")
-    run.add_argument(
+    _add_body(run)
+
+
+def _add_body(parser: argparse.ArgumentParser) -> None:
+    """Options of every command that makes a body."""
+    parser.add_argument(
         "--height-m", type=arguments.number(HEIGHT_RANGE_M), metavar="M", help="the person's height"
     )
-    run.add_argument(
+    parser.add_argument(
         "--mass-kg", type=arguments.number(MASS_RANGE_KG), metavar="KG", help="the person's mass"
     )
-    run.add_argument(
+    parser.add_argument(
         "--betas",
         type=arguments.numbers,
         metavar="B,…",
         help="shape parameters, the first ones; --betas=-1,… if the first is negative [as measured]",
     )
-    run.add_argument(
+    parser.add_argument(
         "--body-model",
         metavar="FILE",
         help="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]",
     )
-    run.add_argument(
+    parser.add_argument(
         "--mass-distribution",
         choices=tuple(mass.distributions()),
         help="of the body's mass; characters of Rempe et al. 2020 [standard]",
@@ -106,9 +112,14 @@ def _keep(output: str, given: Evidence) -> tuple[str, Evidence]:
 def _wanted(options: argparse.Namespace) -> Wanted | None:
     if (options.betas, options.body_model, options.mass_distribution) == (None, None, None):
         return None
+    return Wanted(*_shape(options), options.mass_distribution or "standard")
+
+
+def _shape(options: argparse.Namespace) -> tuple[Array | None, ShapeSpace]:
+    """Betas, if there are any, and whose they are."""
     shapes = shape.space() if options.body_model is None else model_file.read(options.body_model)
     betas = None if options.betas is None else shape.check(np.array(options.betas), shapes, "--betas")
-    return Wanted(betas, shapes, options.mass_distribution or "standard")
+    return betas, shapes
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -123,6 +134,7 @@ def _make(
     things: Scene,
     start: Motion | None = None,
     wanted: Wanted | None = None,
+    fit: KinematicFit | None = None,
 ) -> int:
     """Reconstruct and write; everything that may be wrong is checked before the work begins.
 
@@ -132,6 +144,7 @@ def _make(
         things: the scene.
         start: a finished motion to begin from.
         wanted: the body's shape, as far as it is known.
+        fit: the kinematic half, if it is known.
     """
     settings = plan.read(options.plan)
     results.check_writable(options.output)
@@ -145,7 +158,7 @@ def _make(
         if things.ground.stiffness_Npm == scene.FIT:
             found = softfloor.calibrate(given, things, settings, **how)
             things, start = replace(things, ground=found.ground), found.motion
-        made = reconstruct.reconstruct(given, things, settings, start=start, **how)
+        made = reconstruct.reconstruct(given, things, settings, start=start, fit=fit, **how)
     said = results.write(
         options.output,
         made,

@@ -150,3 +150,26 @@ def touching(clearance_m: Array, sigma: float, weights: Array | float = 1.0) -> 
     squared = (clearance_m / sigma) ** 2
     loss = float(np.sum(weights * squared / (1 + squared)))
     return loss, weights * 2 * clearance_m / sigma**2 / (1 + squared) ** 2
+
+
+def held(points_m: Array, weights: Array, interval_s: float, sigma: float) -> tuple[float, Array]:
+    """Squared speed of points in contact, as Rempe 2020 eq. B6.
+
+    Args:
+        points_m: (M, T, 3).
+        weights: (M, T - 1) of each step from a frame to the next.
+        interval_s: between frames.
+        sigma: speed that costs one, m/s.
+    """
+    step = np.diff(points_m, axis=1) / (interval_s * sigma)  # (M, T - 1, 3)
+    g = 2 * weights[..., None] * step / (interval_s * sigma)
+    gradient = np.zeros_like(points_m)
+    gradient[:, 1:] += g
+    gradient[:, :-1] -= g
+    return float(np.sum(weights[..., None] * step**2)), gradient
+
+
+def near(values: Array, targets: Array, weights: Array | float, sigma: float) -> tuple[float, Array]:
+    """Weighted squared distance of values from targets, all of one shape."""
+    residual = (values - targets) / sigma
+    return float(np.sum(weights * residual**2)), 2 * weights * residual / sigma

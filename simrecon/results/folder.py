@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 MOTION, MODEL, SCENE, REPORT = "motion.npz", "model.xml", "scene.toml", "report.json"
 OVERLAYS = ("overlay.mp4", "overlay.png")
-FILES = (MOTION, MODEL, SCENE, REPORT, *OVERLAYS)
+EXPORTS = ("motion.bvh",)
+FILES = (MOTION, MODEL, SCENE, REPORT, *OVERLAYS, *EXPORTS)
 """All that a result folder may hold: only a folder of these is ever replaced."""
 
 
@@ -112,6 +113,21 @@ def write(
     finally:
         shutil.rmtree(partial, ignore_errors=True)
     return said
+
+
+def read_report(folder: Path | str) -> Report:
+    """Read `report.json` of a result folder.
+
+    Raises:
+        InputError: it can't be read, or does not say of what, of whom and how the result was made.
+    """
+    path = Path(folder) / REPORT
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        found["input"]["name"], found["input"]["sha256"], found["person"]["height_m"], found["plan_name"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
+    return dict(found)
 
 
 def read(folder: Path | str) -> Motion:

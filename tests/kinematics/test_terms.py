@@ -32,6 +32,8 @@ TERMS: dict[str, Callable[[Array], tuple[float, Array]]] = {
     "penetration": lambda x: terms.penetration(x, 0.01),
     "touching": lambda x: terms.touching(x, 0.5),
     "touching, weighted": lambda x: terms.touching(x, 0.5, WEIGHTS[..., None]),
+    "held": lambda x: terms.held(x, WEIGHTS[:, 1:], 0.1, 3.0),
+    "near": lambda x: terms.near(x, TARGETS, WEIGHTS[..., None], 0.5),
 }
 
 
@@ -142,3 +144,10 @@ def test_the_pull_to_a_support_fades_with_distance() -> None:
     assert gradient[0] == 0.0
     assert gradient[1] == pytest.approx(10.0)
     assert abs(gradient[2]) < 1e-3
+
+
+def test_what_is_held_costs_its_squared_speed() -> None:
+    points = np.zeros((1, 3, 3))
+    points[0, 1:, 0] = 0.02  # one step at 0.2 m/s
+    assert terms.held(points, np.array([[1.0, 1.0]]), 0.1, 0.1)[0] == pytest.approx(4.0)
+    assert terms.held(points, np.array([[0.0, 1.0]]), 0.1, 0.1)[0] == 0.0

@@ -1,0 +1,28 @@
+"""`simrecon export`: a result as files of other programs."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from simrecon.cli import arguments
+from simrecon.results import export
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    parser = arguments.command(commands, "export", _export, "a result as files of other programs")
+    parser.add_argument("result", metavar="OUT", help="result folder")
+    parser.add_argument(
+        "--to",
+        metavar="FORMAT,…",
+        required=True,
+        help=f"formats, between commas: {', '.join(export.FORMATS)}",
+    )
+    parser.add_argument("-o", dest="output", metavar="DIR", help="folder for the files [OUT]")
+
+
+def _export(options: argparse.Namespace) -> int:
+    for path in export.write(options.result, tuple(options.to.split(",")), options.output):
+        print(f"written  {path}")
+    return 0

@@ -1,0 +1,106 @@
+"""The kinematic half of a finished result, read back to go on from it."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from simrecon import rotations
+from simrecon import scene as scenes
+from simrecon.body import known
+from simrecon.errors import InputError
+from simrecon.evidence import resample
+from simrecon.results import folder as folders
+from simrecon.types import Array, Body, Evidence, IntArray, KinematicFit
+
+
+def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
+    """What a result's simulation was to follow.
+
+    The motion stands for itself: the evidence it was fitted to, and the camera, are left behind.
+
+    Args:
+        folder: of a result.
+
+    Returns:
+        Evidence that holds nothing but the result's times, and the fit on its uniform clock.
+
+    Raises:
+        InputError: it is no result folder, or one without its kinematic fit.
+    """
+    motion, report, path = folders.read(folder), folders.read_report(folder), Path(folder)
+    if motion.kinematic_qpos is None:
+        raise InputError(
+            f"{path / folders.MOTION}: kinematic_qpos: found none; valid: a result that holds it"
+        )
+    body = person(folder)
+    on_grid, grid = uniform(motion.times_s)
+    bare = replace(
+        _clock(motion.times_s),
+        sha256=hashlib.sha256((path / folders.MOTION).read_bytes()).hexdigest(),
+        reading=f"kinematic motion of {folder}",
+    )
+    interpolated = np.zeros(len(on_grid.times_s), dtype=np.bool_)
+    interpolated[grid[report.get("frames", {}).get("interpolated_frames", [])]] = True
+    return bare, KinematicFit(
+        body=body,
+        scene=scenes.read(path / folders.SCENE),
+        camera=None,
+        times_s=on_grid.times_s,
+        qpos=on_clock(motion.times_s, motion.kinematic_qpos[:, : coordinates(body)], on_grid.times_s),
+        com_m=_columns(motion.times_s, motion.com_m, on_grid.times_s),
+        reprojection_px=np.empty((len(on_grid.times_s), 0)),
+        interpolated=interpolated,
+        iterations=0,
+        loss={},
+    )
+
+
+def person(folder: Path | str) -> Body:
+    """The body of a result; its betas are not known.
+
+    Raises:
+        InputError: the folder has no model or report of a person.
+    """
+    height_m, model = folders.read_report(folder)["person"]["height_m"], Path(folder) / folders.MODEL
+    try:
+        return known.of_mjcf(model.read_text(encoding="utf-8"), height_m)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{model}: can't be read ({error}); valid: a result's model") from error
+
+
+def coordinates(body: Body) -> int:
+    """How many numbers of `qpos` are the person's: place of the root, then 17 quaternions."""
+    return 3 + 4 * len(body.skeleton.names)
+
+
+def uniform(times_s: Array) -> tuple[Evidence, IntArray]:
+    """A uniform clock for times (T,): evidence of nothing but G times, and (T,) the nearest of them."""
+    return resample(_clock(times_s))
+
+
+def _clock(times_s: Array) -> Evidence:
+    return Evidence(
+        times_s=times_s,
+        keypoint_names=(),
+        keypoints_px=np.empty((len(times_s), 0, 2)),
+        scores=np.empty((len(times_s), 0)),
+        joint_names=(),
+        joints_m=np.empty((len(times_s), 0, 3)),
+        joints_frame="world",
+    )
+
+
+def on_clock(times_s: Array, qpos: Array, at_s: Array) -> Array:
+    """Configurations (T, nq) at other times (G,): the root's place linearly, rotations by slerp."""
+    quats = rotations.interpolate(times_s, qpos[:, 3:].reshape(len(qpos), -1, 4), at_s)
+    place = _columns(times_s, qpos[:, :3], at_s)
+    return np.concatenate((place, quats.reshape(len(at_s), -1)), axis=1)
+
+
+def _columns(times_s: Array, values: Array, at_s: Array) -> Array:
+    """Linear interpolation of each column of (T, C)."""
+    return np.stack([np.interp(at_s, times_s, column) for column in values.T], axis=1)

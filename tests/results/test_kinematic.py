@@ -1,0 +1,100 @@
+"""The kinematic half of a result, read back, and `simrecon retarget`, which goes on from it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from simrecon import cli, kinematics, resources, results
+from simrecon.errors import InputError
+from simrecon.results import folder as folders
+from simrecon.results import kinematic
+
+
+@pytest.fixture(scope="module")
+def finished(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("results") / "squat"
+    results.write(folder, run, plan_name="quick", seed=3, threads=1, input_name="squat.npz")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def hasty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan that only just simulates."""
+    text = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
+    for key, value in (("generations", 1), ("descent_steps", 0), ("population", 4), ("evaluations", 60)):
+        text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, flags=re.MULTILINE)
+    path = tmp_path_factory.mktemp("plans") / "hasty.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_fit_is_read_back_on_its_uniform_clock(run: Any, finished: Path) -> None:
+    bare, fit = kinematic.read(finished)
+    np.testing.assert_array_equal(bare.times_s, run.evidence.times_s)
+    np.testing.assert_allclose(fit.times_s, run.fit.times_s, atol=1e-9)
+    assert len(fit.times_s) == len(bare.times_s) + 1  # one frame was dropped
+    marks = [kinematics.configurations(f.body, f.qpos)[1] for f in (fit, run.fit)]
+    known = np.delete(np.arange(10), 4)
+    np.testing.assert_allclose(marks[0][known], marks[1][known], atol=1e-5)
+    np.testing.assert_allclose(marks[0][4], marks[1][4], atol=0.02)
+    assert fit.body.mass_kg == pytest.approx(run.fit.body.mass_kg)
+    assert fit.body.height_m == pytest.approx(run.fit.body.height_m)
+    assert not fit.interpolated.any()
+
+
+def test_a_result_without_its_fit_is_refused(tmp_path: Path, run: Any) -> None:
+    old = tmp_path / "old"
+    alone = replace(run, motion=replace(run.motion, kinematic_qpos=None))
+    results.write(old, alone, plan_name="quick", seed=3)
+    with pytest.raises(InputError, match="kinematic_qpos: found none"):
+        kinematic.read(old)
+
+
+def test_retarget_simulates_the_motion_on_another_body(finished: Path, hasty: Path, tmp_path: Path) -> None:
+    target = tmp_path / "heavy"
+    words = ["--mass-distribution", "heavy_head", "--height-m", "1.2", "--plan", str(hasty), "--threads", "1"]
+    assert cli.main(["retarget", str(finished), "-o", str(target), *words]) == 0
+    model = mujoco.MjModel.from_xml_path(str(target / "model.xml"))
+    assert model.body_mass.sum() == pytest.approx(36.5, abs=1e-6)
+    assert model.body("head").mass[0] == pytest.approx(0.4 * 36.5, abs=1e-4)
+    before, after = results.read(finished), results.read(target)
+    np.testing.assert_array_equal(after.times_s, before.times_s)
+    pelvis = before.joint_names.index("pelvis")
+    ratio = after.joints_m[:, pelvis, 2] / before.joints_m[:, pelvis, 2]
+    np.testing.assert_allclose(ratio, 1.2 / 1.75, rtol=0.1)
+    said = json.loads((target / "report.json").read_text(encoding="utf-8"))
+    assert said["person"]["height_m"] == pytest.approx(1.2)
+    assert said["input"]["name"] == str(finished / "motion.npz")
+    assert said["input"]["sha256"] == hashlib.sha256((finished / "motion.npz").read_bytes()).hexdigest()
+    assert "scaled by 0.6857 to another body" in said["input"]["reading"]
+    assert said["audit"]["replay_exact"] is True
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "found no other body; valid: one or more of --betas"),
+        (["--mass-kg", "-3"], "valid: a number from"),
+        (["--betas", "9"], "--betas: found [9.0]"),
+        (["--mass-distribution", "heavy_feet"], "invalid choice: 'heavy_feet'"),
+        (["--height-m", "1.5", "--plan", "qick"], "did you mean 'quick'?"),
+    ],
+)
+def test_mistakes_are_one_line(
+    finished: Path, tmp_path: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["retarget", str(finished), "-o", str(tmp_path / "out"), *words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    assert folders.read_report(finished)["plan_name"] == "quick"
