@@ -1,12 +1,16 @@
 """How well and how fast the sampling engine tracks clean references and noisy evidence.
 
-usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips NAME ...] [--noisy]
-                                      [--seeds N ...] [--threads N] [--set SECTION.KEY=VALUE ...]
+usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips NAME ...]
+                                      [--noisy | --feasible] [--seeds N ...] [--threads N]
+                                      [--set SECTION.KEY=VALUE ...]
        python tools/bench_sampling.py --compare A.json B.json
 
 DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
 table. Bare stepping is `mujoco.batch` alone: the same model, as many rollouts, the control that was found,
 right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+
+--feasible tracks what the engine did when it tracked the clip: a motion that this body can do, so that the
+error is the engine's alone. `tools/feasibility.py` tells what the clips ask for beyond that.
 """
 
 from __future__ import annotations
@@ -27,8 +31,9 @@ import references
 import simrecon
 from simrecon import evidence, kinematics, plan, rollout, schedule
 from simrecon import scene as scenes
+from simrecon.engines import clip as engine
+from simrecon.engines import draft, sampling
 from simrecon.engines import problem as problems
-from simrecon.engines import sampling
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.plan import Plan
@@ -46,13 +51,20 @@ COLUMNS = {
     "bare_ratio": "of bare",
 }
 
+JOINTS = tuple(
+    f"{side}_{joint}"
+    for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+    for side in ("left", "right")
+)
+
 
 @dataclass(frozen=True)
 class Row:
     """One clip with one seed.
 
     Attributes:
-        mpjpe_g_mm: mean distance of all points of the body from what was to be tracked, not root-aligned.
+        mpjpe_g_mm: mean distance of hips, knees, ankles, shoulders, elbows and wrists from what was to be
+            tracked, not root-aligned.
         loss: mean over windows. generations, rollouts, steps: sums, steps of 48 motors each.
         s_per_s: wall time per second of motion. stepping_share: of it, within MuJoCo.
         steps_per_s: simulation steps by wall time; bare_ratio: as a share of bare stepping.
@@ -82,7 +94,9 @@ def main() -> None:
     parser.add_argument("-o", dest="output", type=Path)
     parser.add_argument("--plan", default="default")
     parser.add_argument("--clips", nargs="+", default=references.CLIPS)
-    parser.add_argument("--noisy", action="store_true", help="track fits of evidence/synth_*.npz instead")
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument("--noisy", action="store_true", help="track fits of evidence/synth_*.npz instead")
+    kind.add_argument("--feasible", action="store_true", help="track what the engine did of the clip instead")
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--set", nargs="+", default=[], metavar="SECTION.KEY=VALUE", help="change the plan")
@@ -98,12 +112,11 @@ def main() -> None:
     print("|---" * (len(COLUMNS) + 2) + "|")
     rows = []
     for clip in options.clips:
+        fit, seen = given(options.data, clip, settings, options.noisy)
+        if options.feasible:
+            fit = feasible(fit, seen, settings, options.threads)
         for seed in options.seeds:
-            rows.append(
-                run(
-                    *given(options.data, clip, settings, options.noisy), settings, clip, seed, options.threads
-                )
-            )
+            rows.append(run(fit, seen, settings, clip, seed, options.threads))
             print(text(rows[-1]), flush=True)
     options.output.mkdir(parents=True, exist_ok=True)
     said = {
@@ -111,6 +124,7 @@ def main() -> None:
         "mujoco": mujoco.__version__,
         "plan": asdict(settings),
         "noisy": options.noisy,
+        "feasible": options.feasible,
     }
     path = options.output / f"{Path(options.plan).stem}-{time.strftime('%Y%m%dT%H%M%S')}.json"
     path.write_text(json.dumps(said | {"rows": [asdict(row) for row in rows]}, indent=1), encoding="utf-8")
@@ -136,23 +150,45 @@ def given(data: Path, clip: str, settings: Plan, noisy: bool) -> tuple[Kinematic
     return fit, unseen
 
 
-def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int, threads: int) -> Row:
-    """Track one clip."""
+def track(
+    fit: KinematicFit, seen: Evidence, settings: Plan, seed: int, threads: int
+) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array]:
+    """Solve a clip: the engine, its windows, and the person's configurations (T, nq) at the frames."""
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
     problem = problems.pose(fit, seen, scenes.build(fit.body.mjcf, Scene(), clock.step_s), clock, settings)
-    sampler, handover = sampling.Sampler(problem, threads), sampling.start(problem)
-    rng, results = np.random.default_rng(seed), list[WindowResult]()
-    began = time.perf_counter()
-    for window in schedule.cut(clock, settings):
-        results.append(sampler.solve(window, handover, rng))
-        handover = results[-1].handover
-    wall_s = time.perf_counter() - began
+    sampler, windows = sampling.Sampler(problem, threads), schedule.cut(clock, settings)
+    handover = draft.drafted(problem, windows, sampling.start(problem), threads)
+    results = engine.solve(
+        sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None
+    )
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
-    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)[
-        :: clock.stride, : fit.qpos.shape[1]
-    ]
-    off = kinematics.configurations(fit.body, qpos)[1] - problem.points_m  # (T, M, 3)
-    speed = sampler.simulator.steps / wall_s
+    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
+    return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]]
+
+
+def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) -> KinematicFit:
+    """What the engine does of a clip, as the next thing to be tracked."""
+    _, _, qpos = track(fit, seen, settings, 0, threads)
+    count = len(qpos)
+    return replace(
+        fit,
+        qpos=qpos,
+        com_m=kinematics.configurations(fit.body, qpos)[0],
+        times_s=fit.times_s[:count],
+        reprojection_px=fit.reprojection_px[:count],
+        interpolated=fit.interpolated[:count],
+    )
+
+
+def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int, threads: int) -> Row:
+    """Track one clip."""
+    began = time.perf_counter()
+    sampler, results, qpos = track(fit, seen, settings, seed, threads)
+    wall_s = time.perf_counter() - began
+    problem, simulator = sampler.problem, sampler.simulator
+    rows = [fit.body.skeleton.point_names.index(name) for name in JOINTS]
+    off = (kinematics.configurations(fit.body, qpos)[1] - problem.points_m[: len(qpos)])[:, rows]  # (T, J, 3)
+    speed = simulator.steps / wall_s
     endings = [result.status.name.lower() for result in results]
     return Row(
         clip=clip,
@@ -161,9 +197,9 @@ def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int,
         loss=float(np.mean([result.loss for result in results])),
         generations=sum(len(result.trace) - 1 - result.descent_steps for result in results),
         rollouts=sum(result.evaluations for result in results),
-        steps=sampler.simulator.steps,
-        s_per_s=wall_s / (clock.steps * clock.step_s),
-        stepping_share=sampler.simulator.seconds / wall_s,
+        steps=simulator.steps,
+        s_per_s=wall_s / (problem.clock.steps * problem.clock.step_s),
+        stepping_share=simulator.seconds / wall_s,
         steps_per_s=speed,
         bare_ratio=speed / bare_speed(problem, results, threads),
         ended={ending: endings.count(ending) for ending in sorted(set(endings))},
