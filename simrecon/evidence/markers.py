@@ -3,10 +3,10 @@
 Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, children, and patients with
 cerebral palsy based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees
 and ankles: middle between the two markers of a static trial, carried along by the shank's markers (Cappozzo
-et al. 1995). Elbows and wrists: middle between their two markers. Shoulders: under the acromion by 17 % of the
-distance of the acromia (Rab, Petuskey & Bagley 2002). Heels and toes lie on the sole, as those of the body do:
-on the floor under the marker on the calcaneus, and under the middle of the forefoot's markers, in the static
-trial; carried along by the foot's markers.
+et al. 1995). Elbows and wrists: middle between their two markers. Shoulders: under the acromion by 17 % of
+the distance of the acromia (Rab, Petuskey & Bagley 2002). Heels and toes lie on the sole, as those of the
+body do: on the floor under the marker on the calcaneus, and under the middle of the forefoot's markers, in
+the static trial; carried along by the foot's markers.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ def forces(of: Simulated, on: Clip) -> Scores:
     numbers = {
         "grf_mean_pct": float(dynamics.mean_grf_pct(slow, mass)),
         "grf_max_pct": float(dynamics.max_grf_pct(slow, mass)),
-        "grf_peak_pct": float(dynamics.max_grf_pct(grf, mass)),
+        "grf_peak_pct": float(dynamics.max_grf_pct(grf[1:], mass)),
         "grf_ballistic_pct": dynamics.ballistic_grf_pct(grf, flight, mass),
         "peak_torque_Nmpkg": dynamics.peak_torque(torque, mass),
         "peak_power_Wpkg": dynamics.peak_power(torque, rate, mass),
@@ -204,8 +204,8 @@ def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip
     measured = at(times, truth_times_s, plates.force_N)  # (T, 2, 3)
     total = at(times, motion.times_s, motion.grf_N)  # (T, 3)
     columns = [motion.contact_body.index(foot) for foot in bodies.FEET]
-    middle = motion.times_s - 0.5 * np.diff(motion.times_s, prepend=motion.times_s[0])  # of the intervals
-    feet = at(times, middle, motion.contact_force_N[:, columns])  # (T, 2, 3)
+    middle = 0.5 * (motion.times_s[1:] + motion.times_s[:-1])  # of the intervals; the first frame ends none
+    feet = at(times, middle, motion.contact_force_N[1:, columns])  # (T, 2, 3)
     error = dynamics.body_weight_pct(total - measured.sum(1), mass_kg)[:, 2]
     found = Scores(
         {
@@ -220,7 +220,7 @@ def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip
     if plates.centre_m is not None:
         seen = known[:, None] & (measured[..., 2] > dynamics.LOADED_N)
         target = at(times, truth_times_s, np.nan_to_num(plates.centre_m))
-        moment = motion.contact_force_N[:, columns, 2:] * np.nan_to_num(motion.contact_point_m[:, columns])
+        moment = motion.contact_force_N[1:, columns, 2:] * np.nan_to_num(motion.contact_point_m[1:, columns])
         centre = np.full_like(feet, np.nan)  # the moment over the force, so that no unloaded foot enters
         np.divide(at(times, middle, moment), feet[..., 2:], out=centre, where=feet[..., 2:] > 0)
         distance = dynamics.centre_of_pressure_error(
