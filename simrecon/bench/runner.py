@@ -8,12 +8,13 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
 from simrecon.bench import tables
 from simrecon.bench.suite import Suite
-from simrecon.bench.task import Task, execute, machine, tasks
+from simrecon.bench.task import Task, execute, failed, machine, tasks
 from simrecon.errors import InputError
 from simrecon.results import report
 
@@ -104,7 +105,11 @@ def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:
     with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
         waiting = {pool.submit(execute, task): index for index, task in enumerate(work)}
         for future in as_completed(waiting):
-            yield waiting[future], future.result()
+            index = waiting[future]
+            try:
+                yield index, future.result()
+            except BrokenProcessPool:
+                yield index, failed(work[index], "its worker ended early; run the suite again, which goes on")
 
 
 def write(target: Path, content: str) -> None:

@@ -19,7 +19,7 @@ from simrecon.plan import Plan
 T = TypeVar("T")
 DROPS = ("keypoints", "joints")
 PLACES = ("seat", "platform")
-ROWS = ("clip", "variant", "method")
+ROWS = ("clip", "variant", "method", "change")
 MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
 RUN_SCORES = ("seconds_per_second", "stepping_share", "fallback", "replay_exact", "check_qpos_error")
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
@@ -82,7 +82,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """`[[table]]`: one row a clip (means over seeds), a variant (means over clips) or a method on a clip."""
+    """`[[table]]`: one row a clip (means over seeds), a variant (means over clips) or a method on a clip.
+
+    Rows of `change` are variants but the first, with what each changes against it; scores must be errors.
+    """
 
     title: str
     rows: str

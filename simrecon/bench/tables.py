@@ -15,6 +15,8 @@ Row = dict[str, Any]
 RUN = "run"
 """The motion whose scores are what a run says of itself."""
 MISSING = "–"
+CHANGE_PCT = 1.0
+"""Rise of an error above which a variant counts as worse than the first."""
 _FIXED = ("result", "kinematic", "input", "reference", RUN)
 
 
@@ -171,6 +173,8 @@ def _table(suite: Suite, table: Table, runs: Sequence[Row]) -> list[str]:
     clips = [name for name in table.clips or [clip.name for clip in suite.clip] if name in ran]
     variants = [variant for variant in suite.variant if variant.name in used]
     first = suite.variant[0].name
+    if table.rows == "change":
+        return _changes(suite, table, runs, clips, [v.name for v in variants if v.name != first])
     head = [table.rows, *(column.title for column in table.columns)]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     if table.rows == "clip":
@@ -183,6 +187,36 @@ def _table(suite: Suite, table: Table, runs: Sequence[Row]) -> list[str]:
     else:
         for clip in clips:
             lines += _methods(clip, first, table, runs)
+    return lines
+
+
+def _changes(
+    suite: Suite, table: Table, runs: Sequence[Row], clips: Sequence[str], variants: Sequence[str]
+) -> list[str]:
+    """Per cent by which each variant's mean error is above the first's, over the clips that have both.
+
+    In brackets the clips on which it is worse, of how many. The last column names the errors that rise by
+    more than a per cent and on more than half of the clips: by these, what the variant lacks earns its place.
+    """
+    head = ["against the first", *(column.title for column in table.columns), "worse"]
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    for variant in variants:
+        cells, worse = [variant], []
+        for column in table.columns:
+            old, new = (
+                np.array([over_seeds(runs, clip, name, column.of[-1], column.score) for clip in clips])
+                for name in (suite.variant[0].name, variant)
+            )
+            both = np.isfinite(old) & np.isfinite(new)
+            base, count = old[both].sum(), int((new > old)[both].sum())
+            if not both.any() or base <= 0:
+                cells.append(MISSING)
+                continue
+            change = 100.0 * (new[both].sum() / base - 1.0)
+            cells.append(f"{change:+.{column.digits}f} % ({count} of {both.sum()})")
+            if change > CHANGE_PCT and 2 * count > both.sum():
+                worse.append(column.title)
+        lines.append("| " + " | ".join([*cells, ", ".join(worse) or "nothing"]) + " |")
     return lines
 
 

@@ -80,12 +80,21 @@ def execute(task: Task) -> dict[str, Any]:
         `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
         `key`, `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
     """
-    said: dict[str, Any] = {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
     try:
-        return said | _execute(task)
+        return _said(task) | _execute(task)
     except Exception as error:  # one clip that fails must not end a night of others
-        shown = str(error) if isinstance(error, SimreconError) else traceback.format_exc(limit=-3)
-        return said | {"status": "failed", "message": " ".join(shown.split())}
+        return failed(
+            task, str(error) if isinstance(error, SimreconError) else traceback.format_exc(limit=-3)
+        )
+
+
+def failed(task: Task, message: str) -> dict[str, Any]:
+    """What `execute` returns of a run that failed."""
+    return _said(task) | {"status": "failed", "message": " ".join(message.split())}
+
+
+def _said(task: Task) -> dict[str, Any]:
+    return {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
 
 
 def _execute(task: Task) -> dict[str, Any]:

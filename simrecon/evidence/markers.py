@@ -3,10 +3,10 @@
 Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, children, and patients with
 cerebral palsy based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees
 and ankles: middle between the two markers of a static trial, carried along by the shank's markers (Cappozzo
-et al. 1995). Elbows and
-wrists: middle between their two markers. Shoulders: under the acromion by 17 % of the distance of the acromia
-(Rab, Petuskey & Bagley 2002). Heels and toes: 2 cm over the floor under the marker on the calcaneus, and
-under the middle of the forefoot's markers, in the static trial; carried along by the foot's markers.
+et al. 1995). Elbows and wrists: middle between their two markers. Shoulders: under the acromion by 17 % of
+the distance of the acromia (Rab, Petuskey & Bagley 2002). Heels and toes lie on the sole, as those of the
+body do: on the floor under the marker on the calcaneus, and under the middle of the forefoot's markers, in
+the static trial; carried along by the foot's markers.
 """
 
 from __future__ import annotations
@@ -40,7 +40,6 @@ OPENCAP = {
 _HIP_BACK, _HIP_DOWN, _HIP_OUT = (0.24, 0.0099), (0.30, 0.0109), (0.33, 0.0073)
 _SHOULDER_SHARE = 0.17
 _CLUSTER_MIN = 3
-_OVER_SOLE_M = 0.02
 
 
 def hip_centres(asis: Mapping[str, Array], psis: Mapping[str, Array]) -> dict[str, Array]:
@@ -119,7 +118,7 @@ def joint_centres(
             )
         for end in ("heel", "toe"):
             pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{end}"]]
-            under = np.append(np.mean(pair, axis=0)[:2], _OVER_SOLE_M)
+            under = np.append(np.mean(pair, axis=0)[:2], 0.0)
             centres[f"{side}_{end}"] = _carried(static, moving, markers[f"{side}_foot"], under)
         centres |= {f"{side}_{point}": of(f"{side}_{point}") for point in ("elbow", "wrist")}
     acromia = {side: of(f"{side}_acromion") for side in sides}

@@ -18,13 +18,21 @@ import numpy as np
 
 from simrecon import resources
 from simrecon import scene as scenes
-from simrecon.metrics.contact import CONTACT_PERCENTILE, box_clearance
+from simrecon.metrics.contact import (
+    CONTACT_HEIGHT_M,
+    CONTACT_PERCENTILE,
+    SKATE_SPEED_MPS,
+    Flags,
+    box_clearance,
+    steps,
+)
 from simrecon.metrics.truth import FOOT_POINTS
 from simrecon.types import Array, Scene
 
 _SAMPLES = np.linspace(0.0, 1.0, 5)  # along a bone; the ends decide over a plane
 _DISTANCE_MAX_M = 1.0
 _HFIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
+_SOLE = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
 FEET = ("left_foot", "right_foot")
 """Primitives that are feet."""
 
@@ -115,18 +123,27 @@ def bone_clearance(parts: Bones, names: Sequence[str], joints_m: Array, scene: S
     return np.asarray(over(scene, points).min(-1) - parts.radii_m)
 
 
-def bone_speed(parts: Bones, names: Sequence[str], joints_m: Array, interval_s: float) -> Array:
-    """Speed of the slower end of each capsule, by the frame it arrives at, (T, K, 3) → (T, C); m/s.
+def touching(
+    parts: Bones, names: Sequence[str], joints_m: Array, clearance: Array, interval_s: float
+) -> Flags:
+    """Which parts touch their support, (T, C): those within 3 cm of it.
 
-    The first frame takes the speed of the second.
+    Heels and toes, which swing past as near as that, must also be slower than 0.5 m/s, by the frame they
+    arrive at; the first frame takes the speed of the second.
+
+    Args:
+        parts: C capsules.
+        names: K names.
+        joints_m: (T, K, 3).
+        clearance: (T, C) from `bone_clearance`.
+        interval_s: between frames.
     """
-    at = {name: joints_m[:, k] for k, name in enumerate(names)}
-    speeds = []
-    for ends in (parts.starts, parts.ends):
-        points = np.stack([np.mean([at[joint] for joint in part], axis=0) for part in ends], axis=1)
-        speeds.append(np.linalg.norm(np.diff(points, axis=0), axis=-1) / interval_s)  # (T-1, C)
-    slower = np.minimum(*speeds)
-    return np.concatenate((slower[:1], slower))
+    feet = [k for k, part in enumerate(parts.names) if part in FOOT_POINTS]
+    points = joints_m[:, [list(names).index(parts.names[k]) for k in feet]]  # (T, F, 3)
+    speed = steps(points) / interval_s  # (T-1, F)
+    near = clearance < CONTACT_HEIGHT_M
+    near[:, feet] &= np.concatenate((speed[:1], speed)) < SKATE_SPEED_MPS
+    return np.asarray(near)
 
 
 def centre_of_mass(names: Sequence[str], joints_m: Array) -> Array:
@@ -169,6 +186,7 @@ class Configurations:
         scene_m: (T, C) to the nearest thing of the scene, the ground too; height fields and sprung sheets,
             to which MuJoCo measures no distance, are left out.
         feet_m: (T, 2) height of the lowest corner of each foot over what is under its centre.
+        corners_m: (T, 8, 3) corners of both soles; soles_m: (T, 8) their height over what is under them.
     """
 
     points_m: Array
@@ -177,6 +195,8 @@ class Configurations:
     floor_m: Array
     scene_m: Array
     feet_m: Array
+    corners_m: Array
+    soles_m: Array
 
 
 def configurations(
@@ -219,9 +239,19 @@ def configurations(
             [mujoco.mj_geomDistance(model, data, thing, geom, _DISTANCE_MAX_M, None) for geom in geoms]
             for thing in (ground, *items)
         )
-        axes = data.geom_xmat[boxes].reshape(-1, 3, 3)
-        support = scenes.support_height(scene, data.geom_xpos[boxes][:, :2])
-        feet = box_clearance(data.geom_xpos[boxes], axes, model.geom_size[boxes], support)
+        feet, corners, soles = _feet(
+            scene, model.geom_size[boxes], data.geom_xpos[boxes], data.geom_xmat[boxes]
+        )
         com = (data.subtree_com[person].copy(), data.subtree_linvel[person].copy())
-        found.append((data.site_xpos[sites], *com, floor, np.min([floor, *others], axis=0), feet))
+        clearance = (floor, np.min([floor, *others], axis=0))
+        found.append((data.site_xpos[sites], *com, *clearance, feet, corners, soles))
     return Configurations(*(np.array(column) for column in zip(*found, strict=True)))
+
+
+def _feet(scene: Scene, half_size: Array, position: Array, matrix: Array) -> tuple[Array, Array, Array]:
+    """`feet_m` (2,), `corners_m` (8, 3) and `soles_m` (8,) of one frame, from the feet's boxes."""
+    axes = matrix.reshape(-1, 3, 3)
+    feet = box_clearance(position, axes, half_size, scenes.support_height(scene, position[:, :2]))
+    offsets = half_size[:, None] * _SOLE  # (2, 4, 3)
+    corners = (position[:, None] + offsets @ np.swapaxes(axes, -1, -2)).reshape(-1, 3)  # (8, 3)
+    return feet, corners, np.asarray(corners[:, 2] - scenes.support_height(scene, corners[:, :2]))

@@ -17,6 +17,7 @@ Flags = NDArray[np.bool_]
 # Gärtner 2022, appendix C.
 CONTACT_KINEMATICS_M = 0.005
 CONTACT_DYNAMICS_M = -0.015
+CONTACT_VERTICES = 10
 SKATE_MIN_M = 0.02
 FLOAT_MAX_M = 0.02
 
@@ -51,6 +52,21 @@ def box_clearance(position: Array, rotation: Array, half_size: Array, support: A
     return np.asarray(position[..., 2] - reach - support)
 
 
+def vertex_clearance(height: Array, vertices: int = CONTACT_VERTICES) -> Array:
+    """Clearance of a foot's mesh for `footskate_pct` and `float_pct`: that of its tenth lowest vertex.
+
+    Gärtner 2022, appendix C: "at least N = 10 vertices of a foot mesh being in contact".
+
+    Args:
+        height: (..., V) signed height of a foot's vertices over their support, V at least `vertices`.
+        vertices: that must touch.
+
+    Returns:
+        (...) at most d where that many vertices are at most d.
+    """
+    return np.asarray(np.partition(height, vertices - 1, axis=-1)[..., vertices - 1])
+
+
 def steps(points: Array) -> Array:
     """Distance that each point moves between frames, (..., T, F, 3) → (..., T - 1, F)."""
     return np.asarray(np.linalg.norm(np.diff(points, axis=-3), axis=-1))
@@ -70,13 +86,16 @@ def footskate_pct(feet: Array, clearance: Array, contact: float = CONTACT_KINEMA
     """Footskate: share of steps between frames in which a foot in contact moves more than 2 cm, in percent.
 
     Gärtner 2022, appendix C; a foot is in contact where its clearance is at most `contact` in both frames.
-    The paper counts mesh vertices; this takes the lowest point of the foot's primitive. With meshes, the
-    clearance is that of the tenth lowest vertex. It depends on the frame rate: 2 cm a frame are 0.6 m/s at
-    30 frames a second and 1.2 m/s at 60.
+    The paper counts mesh vertices (`vertex_clearance`); with primitives, the clearance is that of the lowest
+    point. It depends on the frame rate: 2 cm a frame are 0.5 m/s at the paper's 25 frames a second.
+
+    With the ankle as the foot's joint, as printed, a foot that rolls over its toe counts as skating. With
+    points of the sole, each with its own clearance, only what touches must stay (docs/metrics.md).
 
     Args:
-        feet: (..., T, F, 3) foot joints.
-        clearance: (..., T, F) signed height of the lowest point of each foot over its support.
+        feet: (..., T, F, 3) foot joints, or points of the sole.
+        clearance: (..., T, F) signed height of the lowest point of each foot, or of each point, over its
+            support.
         contact: `CONTACT_KINEMATICS_M` for primitives, or `CONTACT_DYNAMICS_M` for the mesh around simulated
             boxes.
 
@@ -102,9 +121,27 @@ def float_frames(clearance: Array, contact: float = CONTACT_KINEMATICS_M) -> Fla
 def float_pct(clearance: Array, contact: float = CONTACT_KINEMATICS_M) -> Array:
     """Float: share of frames in which a foot is not in contact but within 2 cm of its support, in percent.
 
-    Gärtner 2022, appendix C; arguments as in `footskate_pct`, (..., T, F) → (...).
+    Gärtner 2022, appendix C; arguments as in `footskate_pct`, (..., T, F) → (...). A foot that swings low
+    counts as well: `float_body_frames` leaves it out.
     """
     return np.asarray(100.0 * float_frames(clearance, contact).mean(-1))
+
+
+def float_body_frames(feet: Array, parts: Array, contact: float = CONTACT_KINEMATICS_M) -> Flags:
+    """Frames in which the whole body floats: a foot is within 2 cm of its support, and nothing touches.
+
+    The artefact that Gärtner 2022, appendix C, means its float to show, "reconstructions floating above the
+    ground while not penalizing correctly reconstructed motion of e.g. jumps".
+
+    Args:
+        feet: (..., T, F) clearance of the feet.
+        parts: (..., T, C) clearance of all parts of the body, feet too.
+        contact: clearance from which nothing touches.
+
+    Returns:
+        (..., T).
+    """
+    return np.asarray((parts > contact).all(-1) & (feet < FLOAT_MAX_M).any(-1))
 
 
 def float_annotated_pct(clearance: Array, contacts: Flags) -> Array:
@@ -118,7 +155,8 @@ def float_annotated_pct(clearance: Array, contacts: Flags) -> Array:
 def floating_rempe_pct(height: Array, contacts: Flags) -> float:
     """Floating: share of foot points more than 3 cm off the ground of those that should touch it, in percent.
 
-    Rempe 2020, section 4.3, over heels and toes; NaN without contacts.
+    Rempe 2020, section 4.3, over heels and toes; NaN without contacts. The paper doesn't say whether points
+    that should not touch belong to the denominator; here they don't.
 
     Args:
         height: (T, F) over the ground, less the height at which the point rests (`resting_height`).
@@ -199,11 +237,6 @@ def frame_contacts(step_contacts: Flags) -> Flags:
     (..., T - 1, F) → (..., T, F).
     """
     return np.concatenate((step_contacts[..., :1, :], step_contacts), axis=-2)
-
-
-def touching(clearance: Array, speed: Array) -> Flags:
-    """Where parts rest: within 3 cm of their support at less than 0.15 m/s, both (..., T, C)."""
-    return np.asarray((clearance < CONTACT_HEIGHT_M) & (speed < CONTACT_SPEED_MPS))
 
 
 def contact_f1(found: Flags, contacts: Flags) -> Array:

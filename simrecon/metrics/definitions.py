@@ -19,7 +19,7 @@ POSITION = {
 }
 SMOOTHNESS = {
     "velocity_mps": "mean norm of the difference of joint velocities",
-    "velocity_gartner_mps": "mean absolute difference of joint speeds (Gärtner eq. 10)",
+    "velocity_gartner_mps": "mean absolute difference of joint speeds at 25 fps (Gärtner eq. 10)",
     "accel_mps2": "mean norm of the difference of joint accelerations",
     "e_smooth_mm": "e_smooth: mean absolute difference of joint steps at 25 fps (Xie eqs. 8–10)",
     "jitter_10mps3": "jitter: mean third derivative of joints at 30 fps, 10 m/s³ (WHAM)",
@@ -31,6 +31,9 @@ FEET = {
     "foot_slide_truth_mps": "the same of the reference",
     "foot_height_err_mm": "mean absolute error of their height",
     "footskate_annotated_pct": "frames with a resting foot that moves 2 cm, at 30 fps (Gärtner, annotated)",
+    "float_annotated_pct": "frames with a resting foot over 5 mm high, at 30 fps (Gärtner, annotated)",
+    "footskate_points_pct": "frames with a heel or toe on the ground that moves 2 cm, at 25 fps (Gärtner)",
+    "float_points_pct": "frames with heel and toe over 5 mm, one below 2 cm, at 25 fps (Gärtner)",
     "skate_rempe_pct": "Skate: resting foot points that move 2 cm, at 30 fps (Rempe)",
     "floating_rempe_pct": "Floating: resting foot points over 3 cm high (Rempe)",
     "penetration_rempe_pct": "Penetration: foot points over 3 cm deep, at any time (Rempe)",
@@ -43,13 +46,15 @@ BODY = {
     "body_penetration_max_mm": "greatest such depth",
     "body_penetration_pct": "share of frames with one deeper than 5 mm",
     "contact_f1": "F1 of contact, mean over parts; f1_* of one part",
-    "implied_grf_mean_pct": "force that the motion asks for, mean, per cent of body weight (Rempe)",
+    "implied_grf_mean_pct": "mean norm of the force that the motion asks for, % of body weight (Rempe)",
     "implied_grf_max_pct": "its maximum",
     "implied_grf_ballistic_pct": "its median where the reference touches nothing; 0 is right",
 }
 SIMULATED = {
-    "footskate_gartner_pct": "share of frames in which a foot in contact moves more than 2 cm (Gärtner)",
-    "float_gartner_pct": "share of frames with a foot less than 2 cm above its support (Gärtner)",
+    "footskate_gartner_pct": "frames with a foot in contact whose ankle moves 2 cm, at 25 fps (Gärtner)",
+    "footskate_sole_pct": "frames with a sole's corner in contact that moves 2 cm, at 25 fps",
+    "float_gartner_pct": "frames with a foot 5 mm to 2 cm above its support, at 25 fps (Gärtner)",
+    "float_body_pct": "frames with a foot below 2 cm while nothing touches, at 25 fps",
     "penetration_mean_mm": "mean depth of the body's lowest point under the ground",
     "penetration_max_mm": "greatest such depth",
     "penetration_pct": "share of frames with a part deeper than 5 mm in ground or items",
@@ -57,8 +62,9 @@ SIMULATED = {
 }
 FORCES = {
     "grf_vertical_mean_pct": "mean vertical force of the scene, per cent of body weight",
-    "grf_mean_pct": "Mean GRF: norm of the mean force of the scene (Rempe)",
-    "grf_max_pct": "Max GRF: greatest force of the scene (Rempe)",
+    "grf_mean_pct": "Mean GRF: mean norm of the force of the scene, at 30 fps (Rempe)",
+    "grf_max_pct": "Max GRF: greatest norm of the force of the scene, at 30 fps (Rempe)",
+    "grf_peak_pct": "greatest force of the scene in a frame of the clip",
     "grf_ballistic_pct": "Ballistic GRF: median force where the reference touches nothing (Rempe)",
     "contact_f1_force": "F1 of contact by force, mean over parts",
     "peak_torque_Nmpkg": "greatest torque of a joint, Nm per kg",

@@ -33,17 +33,39 @@ def implied_grf(com_m: Array, mass_kg: float, interval_s: float) -> Array:
     return np.asarray(mass_kg * (com_acc + UP_MPS2))
 
 
-def mean_grf_pct(force_N: Array, mass_kg: float) -> Array:
-    """Mean GRF: norm of the mean force, percent of body weight, (..., T, 3) → (...).
+def interval_means(ends_s: Array, values: Array, times_s: Array) -> Array:
+    """Means over other intervals than those that were averaged over, (T, ...) → (N - 1, ...).
 
-    Rempe 2020 table 2, "as a percentage of the force exerted by an idle person". Over a motion that starts
-    and ends at rest it is 100.
+    The integral is kept: forces of a fine time base come out as on a coarser one, whatever their rate.
+
+    Args:
+        ends_s: (T,) not decreasing; ends of the intervals, the first of which has no length.
+        values: (T, ...) mean since the end before.
+        times_s: (N,) increasing; ends of the intervals asked for, within `ends_s`.
     """
-    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg).mean(-2), axis=-1))
+    lengths = np.diff(ends_s, prepend=ends_s[0])  # (T,)
+    total = np.cumsum(values.reshape(len(values), -1) * lengths[:, None], axis=0)  # (T, ...)
+    there = np.stack([np.interp(times_s, ends_s, column) for column in total.T], axis=-1)
+    means = np.diff(there, axis=0) / np.diff(times_s)[:, None]
+    return np.asarray(means.reshape(len(times_s) - 1, *values.shape[1:]))
+
+
+def mean_grf_pct(force_N: Array, mass_kg: float) -> Array:
+    """Mean GRF: mean norm of the force, percent of body weight, (..., T, 3) → (...).
+
+    Rempe 2020 table 2, "a percentage of the GRF exerted by an idle 73 kg person". Not the norm of the mean
+    force, which is 100 for any motion that begins and ends at the same velocity, however it jitters; their
+    jittering input has 143.
+    """
+    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).mean(-1))
 
 
 def max_grf_pct(force_N: Array, mass_kg: float) -> Array:
-    """Max GRF (Rempe 2020 table 2): greatest force, percent of body weight, (..., T, 3) → (...)."""
+    """Max GRF: greatest norm of the force, percent of body weight, (..., T, 3) → (...).
+
+    Rempe 2020 table 2, with forces at 30 frames a second. An impact is the higher the shorter the time over
+    which its force is averaged.
+    """
     return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).max(-1))
 
 

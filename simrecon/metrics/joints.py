@@ -5,30 +5,39 @@ Every motion of a clip is taken at the same times and gets the same capsules, so
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from simrecon.metrics import bodies, contact, dynamics, pose
 from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import Series, of_frames
-from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, at, canonical, check_names, covered_times
+from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, SIDES, at, canonical, check_names, covered_times
 from simrecon.types import Array, Scene
 
 PAPER_HZ = 30.0
 """Rate of the papers whose scores count steps from frame to frame: Rempe 2020, WHAM, GVHMR."""
-XIE_HZ = 25.0
-"""Xie 2021, table 3: "we downsample our 50fps motion for making a direct comparison"."""
+H36M_HZ = 25.0
+"""Gärtner 2022, appendix D: "downsampled from 50 to 25 FPS"; Xie 2021, table 3, likewise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A motion as joints: times (T,), K names, joints (T, K, 3) in the world, NaN = unknown."""
+    """A motion as joints.
+
+    Attributes:
+        times_s: (T,) increasing.
+        names: K names.
+        joints_m: (T, K, 3) in the world, NaN = unknown.
+        rest_m: height of foot points over the sole, by name, where it is known; elsewhere the height at which
+            they rest in the reference is taken.
+    """
 
     times_s: Array
     names: tuple[str, ...]
     joints_m: Array
+    rest_m: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, times_s: Array, names: Sequence[str]) -> Array:
         """The named joints at other times, (N, len(names), 3)."""
@@ -59,7 +68,13 @@ class Scores:
         return Scores(self.series | other.series, self.numbers | other.numbers)
 
 
-def track(times_s: Array, names: Sequence[str], joints_m: Array, whose: str) -> Track:
+def track(
+    times_s: Array,
+    names: Sequence[str],
+    joints_m: Array,
+    whose: str,
+    rest_m: Mapping[str, float] | None = None,
+) -> Track:
     """A motion whose names are checked.
 
     Args:
@@ -67,13 +82,14 @@ def track(times_s: Array, names: Sequence[str], joints_m: Array, whose: str) -> 
         names: K names, in any order.
         joints_m: (T, K, 3) in the world.
         whose: for messages.
+        rest_m: as in `Track`.
 
     Raises:
         InputError: joints of `BODY_JOINTS` are missing.
     """
     known = canonical(names)
     check_names(whose, known)
-    return Track(times_s, known, joints_m)
+    return Track(times_s, known, joints_m, rest_m or {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +102,7 @@ class Clip:
         feet: foot points that the reference has and that are compared.
         parts: capsules around bones.
         contacts: (S, F) where the reference's foot points rest; flight: (T,) where it touches nothing.
-        touching: (T, C) which of its capsules rest.
+        touching: (T, C) which of its capsules touch.
     """
 
     truth: Track
@@ -103,6 +119,16 @@ class Clip:
     def interval_s(self) -> float:
         """Between frames."""
         return float(np.median(np.diff(self.times_s)))
+
+    def parts_of(self, motion: Track) -> bodies.Bones:
+        """The capsules, with a motion's own resting heights of foot points."""
+        own = [motion.rest_m.get(*pair) for pair in zip(self.parts.names, self.parts.radii_m, strict=True)]
+        return replace(self.parts, radii_m=np.array(own))
+
+    def height(self, motion: Track, points_m: Array) -> Array:
+        """Height of its foot points over where they rest, (T, F, 3) → (T, F); F as `feet`."""
+        rest = self.parts_of(motion).radii_m[-len(self.feet) :]
+        return np.asarray(bodies.over(self.scene, points_m) - rest)
 
 
 def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_POINTS) -> Clip:
@@ -133,7 +159,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
         parts=parts,
         contacts=contact.frame_contacts(resting),
         flight=dynamics.flight_frames(clearance),
-        touching=contact.touching(clearance, bodies.bone_speed(parts, names, joints, interval)),
+        touching=bodies.touching(parts, names, joints, clearance, interval),
     )
 
 
@@ -141,6 +167,11 @@ def every(times_s: Array, rate_hz: float) -> Array:
     """Times over the same span at another rate, at least three."""
     count = max(3, int(np.floor((times_s[-1] - times_s[0]) * rate_hz + 1e-6)) + 1)
     return np.asarray(times_s[0] + np.arange(count, dtype=np.float64) / rate_hz)
+
+
+def resampled(times_s: Array, values: Array, rate_hz: float) -> Array:
+    """Values (T, ...) at another rate, by linear interpolation, (N, ...); times as `every` gives them."""
+    return at(every(times_s, rate_hz), times_s, values)
 
 
 def accuracy(motion: Track, on: Clip) -> Scores:
@@ -163,13 +194,12 @@ def accuracy(motion: Track, on: Clip) -> Scores:
         ),
         "root_mm": of_frames(np.linalg.norm(root - truth_root, axis=-1), scale=1e3),
         "velocity_mps": of_frames(pose.distances(np.diff(a, axis=0), np.diff(b, axis=0)), scale=1 / dt),
-        "velocity_gartner_mps": of_frames(np.abs(contact.steps(a) - contact.steps(b)), scale=1 / dt),
         "accel_mps2": of_frames(
             pose.distances(np.diff(a, 2, axis=0), np.diff(b, 2, axis=0)), scale=1 / dt**2
         ),
         "pck_pct": _pck(local, truth_local),
         **_world(motion, on),
-        **_xie(motion, on),
+        **_slow(motion, on),
     }
     rte = pose.root_translation_error_pct(root, truth_root) if np.isfinite(root).all() else np.nan
     return Scores(series, {"rte_pct": float(rte)}) | _feet(motion, on)
@@ -201,11 +231,15 @@ def _world(motion: Track, on: Clip) -> dict[str, Series]:
     return found
 
 
-def _xie(motion: Track, on: Clip) -> dict[str, Series]:
-    """Xie 2021 at 25 frames a second, mm."""
-    times = every(on.times_s, XIE_HZ)
+def _slow(motion: Track, on: Clip) -> dict[str, Series]:
+    """Gärtner 2022 eq. 10 in m/s and Xie 2021 in mm, at 25 frames a second."""
+    times = every(on.times_s, H36M_HZ)
     a, b = (x.at(times, BODY_JOINTS) for x in (motion, on.truth))
-    found = {"e_smooth_mm": of_frames(np.abs(contact.steps(a) - contact.steps(b)), scale=1e3)}
+    error = np.abs(contact.steps(a) - contact.steps(b))
+    found = {
+        "velocity_gartner_mps": of_frames(error, scale=H36M_HZ),
+        "e_smooth_mm": of_frames(error, scale=1e3),
+    }
     feet = [point for point in on.feet if point in motion.names]
     if feet:
         a, b = (x.at(times, feet) for x in (motion, on.truth))
@@ -246,19 +280,18 @@ def plausibility(motion: Track, on: Clip) -> Scores:
     body = motion.at(on.slow_s, BODY_JOINTS)  # (S, 12, 3)
     third = np.linalg.norm(np.diff(body, 3, axis=0), axis=-1) * PAPER_HZ**3
     series = {"jitter_10mps3": of_frames(third, scale=0.1)}
-    found = Scores(series) | _implied(motion, on) | _rempe(motion, on)
+    found = Scores(series | _threshold(motion, on)) | _implied(motion, on) | _rempe(motion, on)
     if not set(on.feet) <= set(motion.names):
         return found
     names = (*BODY_JOINTS, *on.feet)
     joints = motion.at(on.times_s, names)
     if not np.isfinite(joints).all():
         return found
-    clearance = bodies.bone_clearance(on.parts, names, joints, on.scene)  # (T, C)
+    clearance = bodies.bone_clearance(on.parts_of(motion), names, joints, on.scene)  # (T, C)
     deep = np.asarray((clearance < -contact.PENETRATION_TOLERANCE_M).any(-1))
     depth = np.maximum(-clearance, 0.0).max(-1)
-    f1 = contact.contact_f1(
-        contact.touching(clearance, bodies.bone_speed(on.parts, names, joints, on.interval_s)), on.touching
-    )
+    touching = bodies.touching(on.parts, names, joints, clearance, on.interval_s)
+    f1 = contact.contact_f1(touching, on.touching)
     series = {
         "body_penetration_mean_mm": of_frames(depth, scale=1e3),
         "body_penetration_pct": of_frames(deep.astype(np.float64), scale=100.0),
@@ -270,19 +303,23 @@ def plausibility(motion: Track, on: Clip) -> Scores:
 
 
 def _rempe(motion: Track, on: Clip) -> Scores:
-    """Rempe 2020 and WHAM on heels and toes, and Gärtner 2022's count with annotations."""
+    """Rempe 2020 and WHAM on heels and toes, and Gärtner 2022's counts with annotations."""
     feet = [point for point in on.feet if point in motion.names]
     if len(feet) < len(on.feet) or not feet:
         return Scores()
     points, truth = motion.at(on.slow_s, feet), on.truth.at(on.slow_s, feet)  # (S, F, 3)
-    height = bodies.over(on.scene, points) - on.parts.radii_m[-len(feet) :]  # (S, F)
+    height = on.height(motion, points)  # (S, F)
     step, resting = contact.steps(points), contact.both(on.contacts)
     known, moves = np.isfinite(height), np.where(np.isfinite(step), step > contact.SKATE_MIN_M, np.nan)
     still = contact.steps(truth) < contact.RESTING_STEP_M
     annotated = np.where(np.isfinite(step), resting & (step > contact.SKATE_MIN_M), np.nan)
+    lowest = _lowest(height, feet)  # (S, 2)
+    labelled = _lowest(-on.contacts.astype(np.float64), feet) < 0  # (S, 2) heel or toe rests
+    hovers = np.where(np.isfinite(lowest), labelled & (lowest > contact.CONTACT_KINEMATICS_M), np.nan)
     return Scores(
         {
             "footskate_annotated_pct": of_frames(annotated.max(-1), scale=100.0),
+            "float_annotated_pct": of_frames(hovers.max(-1), scale=100.0),
             "floating_rempe_pct": of_frames(
                 1.0 * (height > contact.FLOATING_MIN_M), on.contacts & known, scale=100.0
             ),
@@ -293,6 +330,28 @@ def _rempe(motion: Track, on: Clip) -> Scores:
             "skate_wham_mm": of_frames(step, still, scale=1e3),
         }
     )
+
+
+def _threshold(motion: Track, on: Clip) -> dict[str, Series]:
+    """Gärtner 2022's footskate and float of heels and toes at 25 frames a second, without annotations."""
+    feet = [point for point in on.feet if point in motion.names]
+    if len(feet) < len(on.feet) or not feet:
+        return {}
+    points = motion.at(every(on.times_s, H36M_HZ), feet)  # (S, F, 3)
+    if not np.isfinite(points).all():
+        return {}
+    height = on.height(motion, points)  # (S, F)
+    floats = contact.float_frames(_lowest(height, feet))
+    return {
+        "footskate_points_pct": of_frames(1.0 * contact.footskate_steps(points, height), scale=100.0),
+        "float_points_pct": of_frames(1.0 * floats, scale=100.0),
+    }
+
+
+def _lowest(height: Array, feet: Sequence[str]) -> Array:
+    """The lower of heel and toe of each foot that has one, (S, F) → (S, 2)."""
+    sides = [[k for k, point in enumerate(feet) if point.startswith(side)] for side in SIDES]
+    return np.stack([height[:, columns].min(-1) for columns in sides if columns], axis=-1)
 
 
 def _implied(motion: Track, on: Clip) -> Scores:

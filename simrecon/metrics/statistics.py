@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import signal, special
 
 from simrecon.errors import InputError
 from simrecon.types import Array
@@ -68,9 +68,11 @@ def interval(
 ) -> tuple[float, float]:
     """Bootstrap interval of a score over frames in blocks.
 
-    Circular block bootstrap (Politis & Romano 1992) with percentile limits: frames are drawn in runs of
-    consecutive ones, so that their correlation stays. The same generator state draws the same frames for
-    every series of the same length, so that methods are compared on the same resamples.
+    Circular block bootstrap (Politis & Romano 1992): frames are drawn in runs of consecutive ones, so that
+    their correlation stays. The limits are expanded percentiles (Hesterberg 2015, section 3.3), with the
+    number of blocks as the sample size, since plain percentiles of few blocks are too narrow. The same
+    generator state draws the same frames for every series of the same length, so that methods are compared on
+    the same resamples.
 
     Args:
         series: T frames.
@@ -92,24 +94,29 @@ def interval(
     ratios = total[weight > 0] / weight[weight > 0]
     if not len(ratios):
         return float("nan"), float("nan")
-    tail = 50.0 * (1.0 - level)
+    count = max(2.0, frames / block)
+    student = special.stdtrit(count - 1, 0.5 * (1.0 + level))
+    tail = 100.0 * special.ndtr(-np.sqrt(count / (count - 1)) * student)
     low, high = np.percentile(np.sqrt(ratios) if series.root else ratios, (tail, 100.0 - tail))
     return float(low), float(high)
 
 
 def intervals(
-    found: Mapping[str, Series], interval_s: float, *, seed: int = 0, block_s: float = BLOCK_S
+    found: Mapping[str, Series], duration_s: float, *, seed: int = 0, block_s: float = BLOCK_S
 ) -> dict[str, tuple[float, float]]:
-    """`interval` of each score, all on the same resamples.
+    """`interval` of each score of a clip; those of the same rate are drawn on the same resamples.
 
     Args:
-        found: by name.
-        interval_s: between frames.
+        found: by name, each at its own rate over the whole clip.
+        duration_s: of the clip.
         seed: of the draws.
         block_s: length of a block.
     """
-    block = max(1, round(block_s / interval_s))
-    return {name: interval(series, block, np.random.default_rng(seed)) for name, series in found.items()}
+    share = block_s / duration_s
+    return {
+        name: interval(series, round(share * len(series.weight)), np.random.default_rng(seed))
+        for name, series in found.items()
+    }
 
 
 def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:

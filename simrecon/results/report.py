@@ -18,6 +18,7 @@ from simrecon import metrics
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.body import names
+from simrecon.metrics.joints import H36M_HZ, resampled
 from simrecon.results.motion import FALLBACK, SIMULATED
 from simrecon.types import Array, KinematicFit, Report, WindowResult
 
@@ -103,7 +104,7 @@ def plausibility(run: Reconstruction) -> dict[str, float | None]:
     """Scores of the simulated frames that need no reference; docs/metrics.md defines them.
 
     Returns:
-        By name with unit. A foot is in contact up to `metrics.CONTACT_KINEMATICS_M` above what is under it;
+        By name with unit. Footskate and float are `footskate_gartner_pct` and `float_gartner_pct`;
         `mean_grf_pct_bw` is the mean vertical contact force over body weight.
     """
     motion, model = run.motion, run.problem.model
@@ -111,9 +112,10 @@ def plausibility(run: Reconstruction) -> dict[str, float | None]:
     columns = [motion.joint_names.index(name) for name in _FOOT_JOINTS]
     feet, clearance = motion.joints_m[kept][:, columns], _foot_clearance(run)
     weight_N = float(model.body_subtreemass[model.jnt_bodyid[0]] * np.linalg.norm(model.opt.gravity))
-    several = kept.sum() > 1
+    if kept.sum() > 1:
+        feet, clearance = (resampled(motion.times_s[kept], x, H36M_HZ) for x in (feet, clearance))
     return {
-        "footskate_pct": float(metrics.footskate_pct(feet, clearance)) if several else None,
+        "footskate_pct": float(metrics.footskate_pct(feet, clearance)) if len(feet) > 1 else None,
         "float_pct": float(metrics.float_pct(clearance)),
         "penetration_mean_mm": run.audit.floor_penetration_mean_mm,
         "penetration_max_mm": run.audit.floor_penetration_max_mm,

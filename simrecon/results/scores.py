@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,7 @@ def score(
     """
     of, reference = simulated.read(folder), read_truth(truth)
     target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
-    motion = joints.track(of.motion.times_s, of.motion.joint_names, of.motion.joints_m, "motion")
+    motion = joints.track(of.motion.times_s, of.motion.joint_names, of.motion.joints_m, "motion", of.rest_m)
     times = covered_times(motion.times_s, target.times_s)
     on = joints.clip(target, times, of.scene, [n for n in motion.names if n in target.names])
     found: dict[str, Scores] = {RESULT: _both(motion, on)}
@@ -72,7 +72,7 @@ def score(
         mass = reference.mass_kg or of.mass_kg
         found[RESULT] |= simulated.against_plates(of, reference.plates, target.times_s, on, mass)
     if of.kinematic is not None:
-        fit = joints.track(motion.times_s, motion.names, of.kinematic.points_m, "kinematic fit")
+        fit = replace(motion, joints_m=of.kinematic.points_m)
         found[KINEMATIC] = _both(fit, on) | simulated.geometry(of, of.kinematic)
     if given is not None:
         seen = evidence.read(given)
@@ -86,7 +86,8 @@ def score(
     if seed is None:
         return Table(values)
     limits = {
-        name: statistics.intervals(scores.series, on.interval_s, seed=seed) for name, scores in found.items()
+        name: statistics.intervals(scores.series, float(np.ptp(times)), seed=seed)
+        for name, scores in found.items()
     }
     known = {
         name: {key: pair for key, pair in row.items() if np.isfinite(pair).all()}

@@ -14,8 +14,8 @@ from simrecon import scene as scenes
 from simrecon.errors import InputError
 from simrecon.metrics import bodies, contact, dynamics, pose
 from simrecon.metrics.bodies import Configurations
-from simrecon.metrics.joints import Clip, Scores
-from simrecon.metrics.statistics import low_pass, of_frames
+from simrecon.metrics.joints import H36M_HZ, PAPER_HZ, Clip, Scores, every, resampled
+from simrecon.metrics.statistics import Series, low_pass, of_frames
 from simrecon.metrics.truth import Plates, at
 from simrecon.results import folder as folders
 from simrecon.results.motion import SIMULATED
@@ -55,6 +55,24 @@ class Simulated:
         """Of the body."""
         return float(self.model.body_subtreemass[self.model.jnt_bodyid[0]])
 
+    @property
+    def rest_m(self) -> dict[str, float]:
+        """Height of its heels and toes over the sole, by name (`joints.Track`)."""
+        return foot_rest(self.model)
+
+
+def foot_rest(model: mujoco.MjModel) -> dict[str, float]:
+    """Height of the sites of heels and toes over the sole of the foot's box, m, by name."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    found = {}
+    for foot in bodies.FEET:
+        box, side = model.geom(foot).id, foot.split("_")[0]
+        for point in (f"{side}_heel", f"{side}_toe"):
+            offset = data.site(point).xpos - data.geom_xpos[box]
+            found[point] = float(data.geom_xmat[box].reshape(3, 3)[:, 2] @ offset + model.geom_size[box, 2])
+    return found
+
 
 def read(folder: Path | str) -> Simulated:
     """Read a result folder and work out its geometry.
@@ -93,23 +111,32 @@ def geometry(of: Simulated, shape: Configurations) -> Scores:
         shape: its body, or its kinematic fit.
     """
     kept = of.motion.status == SIMULATED  # (T,)
-    names = [of.motion.joint_names.index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
-    ankles, feet = shape.points_m[kept][:, names], shape.feet_m[kept]
-    if len(feet) < 2:
+    if kept.sum() < 2:
         return Scores()
-    skates = contact.footskate_steps(ankles, feet).astype(np.float64)
-    floats = contact.float_frames(feet).astype(np.float64)
     depth = np.maximum(0.0, -shape.floor_m[kept].min(-1))
     deep = (shape.scene_m[kept] < -contact.PENETRATION_TOLERANCE_M).any(-1)
-    return Scores(
-        {
-            "footskate_gartner_pct": of_frames(skates, scale=100.0),
-            "float_gartner_pct": of_frames(floats, scale=100.0),
-            "penetration_mean_mm": of_frames(depth, scale=1e3),
-            "penetration_pct": of_frames(deep.astype(np.float64), scale=100.0),
-        },
-        {"penetration_max_mm": 1e3 * float(depth.max())},
+    series = {
+        "penetration_mean_mm": of_frames(depth, scale=1e3),
+        "penetration_pct": of_frames(deep.astype(np.float64), scale=100.0),
+    }
+    return Scores(series | _feet(of, shape), {"penetration_max_mm": 1e3 * float(depth.max())})
+
+
+def _feet(of: Simulated, shape: Configurations) -> dict[str, Series]:
+    """Footskate and float (Gärtner 2022) at 25 frames a second."""
+    kept = of.motion.status == SIMULATED
+    ankles = [of.motion.joint_names.index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
+    found = (shape.points_m[:, ankles], shape.corners_m, shape.feet_m, shape.soles_m, shape.scene_m)
+    joints, corners, feet, soles, parts = (
+        resampled(of.motion.times_s[kept], values[kept], H36M_HZ) for values in found
     )
+    flags = {
+        "footskate_gartner_pct": contact.footskate_steps(joints, feet),
+        "footskate_sole_pct": contact.footskate_steps(corners, soles),
+        "float_gartner_pct": contact.float_frames(feet),
+        "float_body_pct": contact.float_body_frames(feet, parts),
+    }
+    return {name: of_frames(flag.astype(np.float64), scale=100.0) for name, flag in flags.items()}
 
 
 def forces(of: Simulated, on: Clip) -> Scores:
@@ -124,12 +151,15 @@ def forces(of: Simulated, on: Clip) -> Scores:
     if kept.sum() < 2:
         return Scores()
     grf = motion.grf_N[kept]
+    ends = np.maximum(motion.frame_step[kept], 0) * of.model.opt.timestep  # (T,)
+    slow = dynamics.interval_means(ends, grf, every(ends, PAPER_HZ))
     flight = at(motion.times_s[kept], on.times_s, on.flight.astype(np.float64)) > 0.99
     columns = motor_dofs(of.model)
     torque, rate = motion.torque_Nm[kept], motion.qvel[kept][:, columns]
     numbers = {
-        "grf_mean_pct": float(dynamics.mean_grf_pct(grf, mass)),
-        "grf_max_pct": float(dynamics.max_grf_pct(grf, mass)),
+        "grf_mean_pct": float(dynamics.mean_grf_pct(slow, mass)),
+        "grf_max_pct": float(dynamics.max_grf_pct(slow, mass)),
+        "grf_peak_pct": float(dynamics.max_grf_pct(grf[1:], mass)),
         "grf_ballistic_pct": dynamics.ballistic_grf_pct(grf, flight, mass),
         "peak_torque_Nmpkg": dynamics.peak_torque(torque, mass),
         "peak_power_Wpkg": dynamics.peak_power(torque, rate, mass),
@@ -160,8 +190,8 @@ def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip
     """Contact forces against those that plates measured, at the reference's times.
 
     The first scores take all frames, the whole force of the scene, and no filter. The others take the force
-    on the feet, low-passed on both sides at the reference's cut-off, in frames in which no foot stood beside
-    its plate.
+    on the feet, which is the mean since the frame before, at the middle of that interval, low-passed on both
+    sides at the reference's cut-off, in frames in which no foot stood beside its plate.
 
     Args:
         of: the result.
@@ -174,7 +204,8 @@ def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip
     measured = at(times, truth_times_s, plates.force_N)  # (T, 2, 3)
     total = at(times, motion.times_s, motion.grf_N)  # (T, 3)
     columns = [motion.contact_body.index(foot) for foot in bodies.FEET]
-    feet = at(times, motion.times_s, motion.contact_force_N[:, columns])  # (T, 2, 3)
+    middle = 0.5 * (motion.times_s[1:] + motion.times_s[:-1])  # of the intervals; the first frame ends none
+    feet = at(times, middle, motion.contact_force_N[1:, columns])  # (T, 2, 3)
     error = dynamics.body_weight_pct(total - measured.sum(1), mass_kg)[:, 2]
     found = Scores(
         {
@@ -185,14 +216,15 @@ def against_plates(of: Simulated, plates: Plates, truth_times_s: Array, on: Clip
         {"grf_corr": dynamics.correlation(total[:, 2], measured.sum(1)[:, 2])},
     )
     known = at(times, truth_times_s, plates.known.astype(np.float64)) > 0.99
-    centre = motion.contact_point_m[:, columns]
-    pressure = at(times, motion.times_s, np.nan_to_num(centre))  # (T, 2, 3), where loaded
     found |= filtered(feet, measured, known, on.interval_s, plates.cutoff_hz, mass_kg)
     if plates.centre_m is not None:
         seen = known[:, None] & (measured[..., 2] > dynamics.LOADED_N)
         target = at(times, truth_times_s, np.nan_to_num(plates.centre_m))
+        moment = motion.contact_force_N[1:, columns, 2:] * np.nan_to_num(motion.contact_point_m[1:, columns])
+        centre = np.full_like(feet, np.nan)  # the moment over the force, so that no unloaded foot enters
+        np.divide(at(times, middle, moment), feet[..., 2:], out=centre, where=feet[..., 2:] > 0)
         distance = dynamics.centre_of_pressure_error(
-            pressure, np.where(seen[..., None], target, np.nan), feet[..., 2], measured[..., 2]
+            centre, np.where(seen[..., None], target, np.nan), feet[..., 2], measured[..., 2]
         )
         found |= Scores({}, {"plate_cop_mm": 1e3 * distance})
     return found
@@ -238,7 +270,7 @@ def motor_dofs(model: mujoco.MjModel) -> Array:
 
 
 def _force_f1(of: Simulated, on: Clip) -> float:
-    """F1 of contact, mean over parts: force above `LOADED_N` against where the reference's capsules rest."""
+    """F1 of contact, mean over parts: force above `LOADED_N` against where the reference's capsules touch."""
     motion = of.motion
     loads = np.linalg.norm(at(on.times_s, motion.times_s, motion.contact_force_N), axis=-1)  # (T, C)
     found, wanted = [], []

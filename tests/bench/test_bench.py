@@ -131,6 +131,18 @@ def test_a_suite_runs_resumes_and_writes_its_tables(data: Path, tmp_path: Path) 
     assert [row["status"] for row in other["runs"]] == ["kept", "done", "kept", "done"]
 
 
+def test_two_at_once_make_the_same_scores(data: Path, tmp_path: Path) -> None:
+    chosen = replace(suite.read(data / "tiny.toml"), variant=suite.read(data / "tiny.toml").variant[:1])
+    one = runner.run(chosen, data, tmp_path / "one", threads=1)
+    two = runner.run(chosen, data, tmp_path / "two", threads=1, jobs=2)
+    assert [row["status"] for row in two["runs"]] == ["done", "done"]
+    assert [(row["seed"], row["key"]) for row in two["runs"]] == [
+        (row["seed"], row["key"]) for row in one["runs"]
+    ]
+    assert [row["scores"] for row in two["runs"]] == [row["scores"] for row in one["runs"]]
+    assert "; 2 runs at once." in (tmp_path / "two" / "tiny.md").read_text(encoding="utf-8")
+
+
 def test_changed_settings_input_and_damage_run_anew(data: Path, tmp_path: Path) -> None:
     one = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
     (row,) = run(data, tmp_path, **one)["runs"]
@@ -202,7 +214,7 @@ def test_shipped_suites_are_valid(name: str) -> None:
         ('"loss.prior"', '"loss.pryor"', "plan: found the key 'loss.pryor'"),
         ('prior" = 0.0', 'prior" = "a"', "prior must be a number"),
         ('score = "mpjpe_g_mm", of', 'score = "mpjp", of', "score: found 'mpjp'"),
-        ('rows = "clip"', 'rows = "row"', "rows: found 'row'; valid: clip, variant, method"),
+        ('rows = "clip"', 'rows = "row"', "rows: found 'row'; valid: clip, variant, method, change"),
         ('name = "full"', 'name = "no prior"', "valid: each once"),
         ('name = "full"', 'name = "../full"', "one that a folder can have"),
         ('truth = "truth.npz"', "", "evidence and truth, or trial"),
@@ -259,3 +271,19 @@ def test_targets(measure: str, value: float) -> None:
     assert found["worst_clip"] == "b"
     (empty,) = tables.targets(given, [])
     assert empty["met_must"] is None
+
+
+def test_what_a_variant_changes() -> None:
+    """Against 10 and 10: 12 and 9 are 5 % worse on one of two clips, 11 and 12 15 % on both."""
+    clips = tuple(suite.Clip(name, "e", "t") for name in "ab")
+    variants = tuple(suite.Variant(name) for name in ("full", "less", "none"))
+    table = suite.Table("t", "change", (suite.Column("error", "mpjpe_g_mm", digits=1),))
+    given = suite.Suite("p", "quick", (0,), clips, (table,), variants)
+    found = [row("a", 0, 10), row("b", 0, 10)]
+    found += [row("a", 0, 12) | {"variant": "less"}, row("b", 0, 9) | {"variant": "less"}]
+    found += [row("a", 0, 11) | {"variant": "none"}, row("b", 0, 12) | {"variant": "none"}]
+    machine = {"cores": 1, "processor": "x"}
+    content = {"runs": found, "versions": {}, "machine": machine, "jobs": 1, "targets": []}
+    page = tables.page(given, content)
+    assert "| less | +5.0 % (1 of 2) | nothing |" in page
+    assert "| none | +15.0 % (2 of 2) | error |" in page

@@ -55,7 +55,7 @@ def test_joint_centres_of_a_real_walk(trials: dict[str, opensim.Markers]) -> Non
         for a, b in (("hip", "knee"), ("knee", "ankle"), ("heel", "toe")):
             length = lengths(found, f"{side}_{a}", f"{side}_{b}")
             assert np.std(length) < 0.015, (a, b)
-        assert found[f"{side}_heel"][:, 2].min() == pytest.approx(0.02, abs=0.02)
+        assert found[f"{side}_heel"][:, 2].min() == pytest.approx(0.0, abs=0.01)
     assert abs(np.median(lengths(found, "left_knee", "left_ankle")) - 0.39) < 0.04
 
 

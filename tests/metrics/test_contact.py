@@ -32,6 +32,34 @@ def test_a_foot_that_slides_at_half_a_metre_a_second() -> None:
         assert found["foot_slide_mps"] == pytest.approx(0.255)
 
 
+def test_a_foot_that_rolls_over_its_toe_skates_at_the_ankle_alone() -> None:
+    """The ankle moves 3 cm a frame about a toe that stays."""
+    ankle, toe = np.zeros((2, 11, 1, 3))
+    ankle[:, 0, 0] = 0.03 * np.arange(11)
+    ankle[..., 2], lowest = 0.1, np.zeros((11, 1))
+    assert contact.footskate_pct(ankle, lowest) == pytest.approx(100)
+    heel, raised = ankle - np.array([0.05, 0.0, 0.05]), np.full((11, 1), 0.05)
+    sole, height = np.concatenate((heel, toe), axis=1), np.concatenate((raised, lowest), axis=1)
+    assert contact.footskate_pct(sole, height) == 0
+    assert contact.footskate_pct(sole, np.zeros((11, 2))) == pytest.approx(100)
+
+
+def test_a_mesh_touches_with_ten_vertices() -> None:
+    height = np.full((3, 40), 0.3)
+    height[0, 5:14], height[1, 5:15] = 0.004, 0.004
+    np.testing.assert_allclose(contact.vertex_clearance(height), [0.3, 0.004, 0.3])
+    assert contact.vertex_clearance(height[0], 9) == pytest.approx(0.004)
+
+
+def test_a_body_floats_where_nothing_else_touches() -> None:
+    """Hovering; a step beside a foot that stands; the feet of someone who sits; a jump; standing."""
+    feet = np.array([[0.01, 0.015], [0.0, 0.01], [0.01, 0.01], [0.3, 0.3], [0.0, 0.0]])
+    seat = np.array([[0.4], [0.9], [0.002], [1.0], [0.9]])
+    floats = contact.float_body_frames(feet, np.concatenate((feet, seat), axis=1))
+    np.testing.assert_array_equal(floats, [True, False, False, False, False])
+    assert contact.float_pct(feet) == pytest.approx(60)
+
+
 def test_wham_counts_only_where_the_reference_rests() -> None:
     truth = sliding(0.0)
     truth[16:, :, 0] = np.arange(15)[:, None]

@@ -26,6 +26,26 @@ def test_a_ballistic_ball_asks_for_no_force_and_a_standing_block_for_its_weight(
     assert dynamics.max_grf_pct(standing, 70.0) == pytest.approx(100)
 
 
+def test_mean_force_counts_jitter() -> None:
+    """Up and down at 2 g: the norm of the mean force would be 100."""
+    force = np.tile([0.0, 0.0, 9.81], (10, 1))
+    force[::2, 2], force[1::2, 2] = 9.81 - 19.62, 9.81 + 19.62
+    assert dynamics.mean_grf_pct(force, 1.0) == pytest.approx(200)
+    assert dynamics.mean_grf_pct(np.abs(force[1::2]), 1.0) == pytest.approx(300)
+
+
+def test_means_over_other_intervals_keep_the_impulse(rng: np.random.Generator) -> None:
+    ends = np.arange(61) / 60
+    force = rng.normal(size=(61, 3))
+    slow = dynamics.interval_means(ends, force, ends[::2])
+    np.testing.assert_allclose(slow, 0.5 * (force[1::2] + force[2::2]))
+    odd = np.linspace(0.0, 1.0, 26)
+    np.testing.assert_allclose(dynamics.interval_means(ends, force, odd).sum(0) / 25, force[1:].mean(0))
+    spike = np.zeros((61, 2))
+    spike[30] = 600.0
+    assert dynamics.interval_means(ends, spike, ends[::2]).max() == pytest.approx(300)
+
+
 def test_implied_force_does_not_depend_on_the_mass_place_or_heading(rng: np.random.Generator) -> None:
     com = rng.normal(size=(20, 3))
     turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])

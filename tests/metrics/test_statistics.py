@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from simrecon.errors import InputError
 from simrecon.metrics import statistics
 from simrecon.metrics.statistics import Series
+from simrecon.types import Array
 
 
 def test_a_series_is_a_mean_of_what_counts() -> None:
@@ -28,6 +30,33 @@ def test_interval_covers_the_mean_of_independent_frames_as_often_as_it_says() ->
     assert 180 <= hits <= 199
 
 
+def autocorrelated(seed: int, frames: int, correlation: float) -> Array:
+    """(T,) a first-order autoregressive series about 0."""
+    noise = np.random.default_rng(seed).normal(size=frames + 100)
+    return np.asarray(signal.lfilter([1.0], [1.0, -correlation], noise)[100:])
+
+
+@pytest.mark.parametrize("frames", [60, 300])
+def test_interval_covers_the_mean_of_frames_that_hang_together(frames: int) -> None:
+    """2 and 10 s at 30 frames a second, correlated over 0.1 s; single frames would be right half the time."""
+    hits = {1: 0, 15: 0}
+    for seed in range(200):
+        series = statistics.of_frames(autocorrelated(seed, frames, np.exp(-1 / 3)))
+        for block in hits:
+            low, high = statistics.interval(series, block, np.random.default_rng(1), samples=300)
+            hits[block] += low <= 0 <= high
+    assert 176 <= hits[15] <= 199
+    assert hits[1] < 150
+
+
+def test_blocks_are_as_long_for_scores_of_any_rate() -> None:
+    fast = np.repeat(np.random.default_rng(0).normal(size=20), 30)  # 10 s at 60 frames a second
+    found = statistics.intervals(
+        {"60": statistics.of_frames(fast), "30": statistics.of_frames(fast[::2])}, 10.0
+    )
+    np.testing.assert_allclose(np.ptp(found["60"]), np.ptp(found["30"]), rtol=0.1)
+
+
 def test_blocks_widen_the_interval_of_frames_that_hang_together() -> None:
     values = np.repeat(np.random.default_rng(0).normal(size=20), 20)
     series = statistics.of_frames(values)
@@ -38,10 +67,10 @@ def test_blocks_widen_the_interval_of_frames_that_hang_together() -> None:
 def test_interval_is_seeded_and_the_same_frames_are_drawn_for_every_score() -> None:
     values = np.random.default_rng(0).normal(size=60)
     pair = statistics.intervals(
-        {"a": statistics.of_frames(values), "b": statistics.of_frames(2 * values)}, 1 / 30, seed=3
+        {"a": statistics.of_frames(values), "b": statistics.of_frames(2 * values)}, 2.0, seed=3
     )
     np.testing.assert_allclose(pair["b"], 2 * np.array(pair["a"]))
-    other = statistics.intervals({"a": statistics.of_frames(values)}, 1 / 30, seed=4)
+    other = statistics.intervals({"a": statistics.of_frames(values)}, 2.0, seed=4)
     assert other["a"] != pair["a"]
 
 
