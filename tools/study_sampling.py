@@ -51,6 +51,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "4 descent steps, low rank": {"descent_steps": 4, "generations": 100, "covariance": "low_rank"},
     "4 descent steps, full": {"descent_steps": 4, "generations": 100, "covariance": "full"},
     "4 descent steps, spread 0.1": {"descent_steps": 4, "generations": 100, "spread": 0.1},
+    "4 descent steps, spread 0.02": {"descent_steps": 4, "generations": 100, "spread": 0.02},
     "4 descent steps, racing": {"descent_steps": 4, "generations": 100},
     "4 descent steps, restarts": {"descent_steps": 4, "generations": 100},
     "4 descent steps, knots from zero": {"descent_steps": 4, "generations": 100},
@@ -146,7 +147,9 @@ def _by_hand(
         losses.append(descent.loss)
     found = _Search(descent, np.random.default_rng(0))
     since = [found.loss]
-    for _ in range(problem.plan.optimiser.generations):
+    optimiser, length = problem.plan.optimiser, window.end_step - window.start_step + 1
+    most = steps[-1] + optimiser.generations * optimiser.population * length
+    while steps[-1] < most:
         found, spent = generation(found, work, descent, since)
         since.append(found.loss)
         steps.append(steps[-1] + spent)
