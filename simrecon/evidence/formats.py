@@ -109,6 +109,8 @@ def read(
     if keypoints is None:
         return _checked(first, path)
     asked = replace(given, format=None, person=keypoints_person, up=None, unit=None, frame=None)
+    if asked.camera is None and first.camera is not None:
+        asked = replace(asked, camera=first.camera, lens=f"that of {os.path.basename(path)}")
     return _checked(join(first, _read(keypoints, asked), path, keypoints), path)
 
 
