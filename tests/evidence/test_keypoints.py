@@ -285,6 +285,14 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
     ),
     "COCO, nobody": (changed(coco_dataset, lambda t: t.update(annotations=[])), "people: found nobody"),
     "AlphaPose, missing key": (changed(alphapose, lambda t: t[5].pop("keypoints") and None), "[5].keypoints"),
+    "AlphaPose, no image": (
+        changed(alphapose, lambda t: t[5].pop("image_id") and None),
+        "image_id: found no such key",
+    ),
+    "COCO, a list as id": (
+        changed(coco_dataset, lambda t: t["annotations"][0].update(image_id=[1])),
+        "layout: found values that don't fit it (TypeError: ",
+    ),
     "AlphaPose, a list as image": (changed(alphapose, lambda t: t[5].update(image_id=[1])), "[5].image_id"),
     "OpenPose, beyond any image": (
         changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1e300, 2.0, 0.5] * 25)),
