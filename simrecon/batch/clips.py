@@ -16,7 +16,8 @@ from simrecon.errors import InputError
 from simrecon.evidence import formats
 from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.evidence.options import AXES, FRAMES, UNITS_M
+from simrecon.evidence.options import AXES, FRAMES, UNITS_M, place
+from simrecon.evidence.video.weights import MODELS
 
 SUFFIXES = (".npz", ".pkl", ".pt", ".pth", ".npy", ".json", ".bvh", ".trc", ".mot", ".c3d")
 """Files that are taken from a folder; a file that is named by itself may have any suffix."""
@@ -34,7 +35,7 @@ _RANGES = {
     "height_px": (16, 100_000),
     "seed": (0, 2**63 - 1),
 }
-_CHOICES = {"up": AXES, "unit": tuple(UNITS_M), "frame": FRAMES, "format": formats.names()}
+_CHOICES = {"up": AXES, "unit": tuple(UNITS_M), "frame": FRAMES, "format": formats.names(), "model": MODELS}
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Clip:
         input, scene, video, keypoints, camera: absolute paths.
         plan: a name or path. seed: of random numbers.
         mass_kg, height_m: of the person.
-        person, keypoints_person, camera_name, format, up, unit, frame, fps, fov_deg, width_px, height_px:
-            how the input is read, as the options of `simrecon run`.
+        person, person_at, model, keypoints_person, camera_name, format, up, unit, frame, fps, fov_deg,
+        width_px, height_px: how the input is read, as the options of `simrecon run`.
     """
 
     name: str
@@ -63,6 +64,8 @@ class Clip:
     mass_kg: float | None = None
     height_m: float | None = None
     person: str | None = None
+    person_at: str | None = None
+    model: str | None = None
     format: str | None = None
     up: str | None = None
     unit: str | None = None
@@ -272,6 +275,8 @@ def _checked(where: str, row: Mapping[str, Any], folder: Path) -> dict[str, Any]
             raise InputError(f"{where} {key} must be text, found {value!r}")
         if key in _CHOICES and value not in _CHOICES[key]:
             raise InputError(f"{where} {key} must be one of {', '.join(_CHOICES[key])}, found {value!r}")
+        if key == "person_at" and place(value) is None:
+            raise InputError(f"{where} person_at must be x,y in pixels, such as 640,360, found {value!r}")
         if key == "name" and _safe(value) != value:
             raise InputError(f"{where} name: found {value!r}; valid: a file name such as {_safe(value)!r}")
         inside = folder / Path(value).expanduser()

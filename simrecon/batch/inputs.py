@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,9 +24,13 @@ from simrecon.bench.task import code_digest
 from simrecon.body import names
 from simrecon.errors import InputError
 from simrecon.evidence import fov, lens
+from simrecon.evidence.options import place
+from simrecon.evidence.video import weights
 from simrecon.plan import Plan
 from simrecon.results import folder, overlay, report
 from simrecon.types import Array, Evidence, Scene
+
+Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +42,12 @@ class Inputs:
     plan: Plan
 
 
-def read(clip: Clip) -> Inputs:
+def read(clip: Clip, progress: Progress | None = None) -> Inputs:
     """Read and check evidence, plan, scene and video.
+
+    Args:
+        clip: what to read.
+        progress: told how many frames of a video are done, and how many there are.
 
     Raises:
         InputError: one of them can't be used.
@@ -59,10 +67,13 @@ def read(clip: Clip) -> Inputs:
         unit=clip.unit,
         frame=clip.frame,
         person=clip.person,
+        person_at=None if clip.person_at is None else place(clip.person_at),
+        model=clip.model,
         fps=clip.fps,
         video_fps=rate,
         camera=camera,
         lens=said,
+        progress=progress,
     )
     seen = evidence.read(given, asked, keypoints=clip.keypoints, keypoints_person=clip.keypoints_person)
     evidence.check_names(seen, names.valid_names(), given)
@@ -134,10 +145,23 @@ def key(clip: Clip, scene: Scene, plan: Plan) -> str:
         "scene": scenes.dumps(scene),
         "plan": plans.to_dict(plan),
         "options": options,
+        "networks": _networks(clip),
         "versions": report.versions(),
         "code": code_digest(),
     }
     return digest(content)
+
+
+def _networks(clip: Clip) -> list[str]:
+    """Hashes of the weights that look for landmarks, where there are any to be looked for.
+
+    Raises:
+        InputError: they are not there.
+    """
+    videos = [path for path in (clip.input, clip.keypoints) if path is not None]
+    if not any(Path(path).is_file() and evidence.is_video(path) for path in videos):
+        return []
+    return [weights.find(name)[1] for name in ("detector", clip.model or weights.best())]
 
 
 def digest(content: Any) -> str:

@@ -102,8 +102,8 @@ def _verdict(row: Row) -> tuple[str, str]:
     if row.state == "failed":
         return "failed", "failed"
     if row.state != "done" or row.figures is None:
-        window = f", window {row.window} of {row.windows}" if row.state == "running" else ""
-        return ("running" if row.state == "running" else "waiting"), f"{row.state}{window}"
+        far = f", {row.progress}" if row.state == "running" else ""
+        return ("running" if row.state == "running" else "waiting"), f"{row.state}{far}"
     if row.figures["fallback"]:
         return (
             "fallback",

@@ -205,7 +205,7 @@ class _Night:
             task.started = event
             content["attempt"] = task.attempts + 1
             self._share(ahead.at_once(self._settings, len(self._running) + len(self._waiting)))
-        task.window = event["window"]
+        task.window = event.get("window", task.window)
         self._book.append(event["event"], **content)
 
     def _share(self, jobs: int) -> None:

@@ -15,7 +15,10 @@ ORDER = ("running", "waiting", "failed", "done")
 
 @dataclass
 class Row:
-    """A clip: `state` is one of `ORDER`; figures of finished ones, window and loss of running ones."""
+    """A clip: `state` is one of `ORDER`; figures of finished ones, window and loss of running ones.
+
+    Before its first window a running one is at a `stage`, of which a `part` is done.
+    """
 
     name: str
     input: str = ""
@@ -27,7 +30,16 @@ class Row:
     windows: int = 0
     loss: float | None = None
     message: str = ""
+    stage: str = ""
+    part: float = 0.0
     figures: dict[str, Any] | None = None
+
+    @property
+    def progress(self) -> str:
+        """How far a running clip is, in words."""
+        if self.stage:
+            return self.stage + (f", {self.part:.0%}" if self.part else "")
+        return f"window {self.window} of {self.windows}"
 
 
 @dataclass
@@ -91,10 +103,11 @@ def _apply(state: State, gained: dict[str, int], event: Event) -> None:
     elif name in state.rows:
         row = state.rows[name]
         row.state = {
-            "started": "running", "window": "running", "done": "done", "failed": "failed",
+            "stage": "running", "started": "running", "window": "running", "done": "done", "failed": "failed",
             "retry": "waiting", "stopped": "waiting",
         }.get(kind, row.state)  # fmt: skip
         row.window, row.windows = event.get("window", row.window), event.get("windows", row.windows)
+        row.stage, row.part = event.get("stage", ""), event.get("part", 0.0)
         row.loss, row.message = event.get("loss", row.loss), event.get("message", row.message)
         if kind == "window":
             gained[name] = gained.get(name, 0) + 1
@@ -136,7 +149,7 @@ def text(state: State, folder: str, now: float | None = None) -> str:
     ]
     for row in state.of("running"):
         loss = f", loss {row.loss:.1f}" if row.loss is not None else ""
-        lines.append(f"running  {row.name}  window {row.window} of {row.windows}{loss}")
+        lines.append(f"running  {row.name}  {row.progress}{loss}")
     lines += [f"failed   {row.name}  {row.message}" for row in state.of("failed")]
     for row in state.of("done"):
         verdict = row.figures["verdict"] if row.figures else "done"

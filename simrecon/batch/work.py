@@ -31,6 +31,8 @@ FALL_M, FALL_S = 0.3, 0.2
 """A person fell whose pelvis is so far below the kinematic fit's for so long."""
 THUMBNAILS, THUMBNAIL_PX = 5, 80
 _LOCK_INTERVAL_S = 0.5
+STAGE_INTERVAL_S = 10.0
+"""Between two words of how far a stage is."""
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -58,7 +60,7 @@ def solve(
     Args:
         job: what to do.
         threads: of the simulator, asked before every rollout if it is a function.
-        tell: told of the beginning and of every window.
+        tell: told of stages, of the beginning of the windows, and of every window.
         stop: whether to end after the next window.
 
     Returns:
@@ -83,9 +85,10 @@ def _solve(
         raise SimreconError("the worker has another version of simrecon than the batch; install the same")
     _tidy(places, job)
     results.check_writable(target)
-    read = inputs.read(clip)
+    stages = _Stages(clip.name, tell)
+    read = inputs.read(clip, lambda done, total: stages("landmarks", done, total))
     store = _Watched(places, job, tell, stop)
-    how: dict[str, Any] = {"seed": clip.seed, "threads": threads, "checkpoint": store}
+    how: dict[str, Any] = {"seed": clip.seed, "threads": threads, "checkpoint": store, "report": stages}
     given, scene, found = read.evidence, read.scene, None
     start: Motion | None = None
     began = time.perf_counter()
@@ -149,6 +152,26 @@ def fell(motion: Motion) -> bool:
         if since is not None and time_s - since >= FALL_S:
             return True
     return False
+
+
+class _Stages:
+    """Tells the batch how far a clip is before its first window; a `Report`.
+
+    Detection in a long video takes longer than all that follows: now and then it is told how far it is.
+    """
+
+    def __init__(self, name: str, tell: Tell) -> None:
+        self._name, self._tell = name, tell
+        self._stage, self._told_s = "", 0.0
+
+    def __call__(self, stage: str, done: float, total: float) -> None:
+        """See `Report`; windows are told by themselves."""
+        now = time.monotonic()
+        if stage == "simulation" or (stage == self._stage and now - self._told_s < STAGE_INTERVAL_S):
+            return
+        self._stage, self._told_s = stage, now
+        part = round(done / total, 3) if total > 0 else 0.0
+        self._tell({"event": "stage", "clip": self._name, "stage": stage, "part": part})
 
 
 class _Watched(checkpoint.Folder):

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import cv2
-import numpy as np
-
 from simrecon import evidence
 from simrecon.cli import arguments
 from simrecon.errors import InputError
-from simrecon.evidence import formats
+from simrecon.evidence import formats, fov
 from simrecon.evidence.lens import read as read_camera
-from simrecon.evidence.options import AXES, FRAMES, UNITS_M
+from simrecon.evidence.options import AXES, FRAMES, UNITS_M, place
 from simrecon.evidence.video import weights
 from simrecon.progress import Progress
 from simrecon.types import Camera, Evidence
-
-RATE_RANGE_HZ = (2.0, 2000.0)
-FOV_RANGE_DEG = (1.0, 170.0)
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -38,12 +31,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     add_one("--unit", choices=UNITS_M, help="of lengths in the file")
     add_one("--frame", choices=FRAMES, help="which motion of a file that holds both [world]")
     add_one("--person", metavar="NAME", help="of a file with several people, as it names them")
-    add_one("--fps", type=arguments.number(RATE_RANGE_HZ), metavar="HZ", help="frame rate [that of --video]")
+    add_one(
+        "--fps", type=arguments.number(fov.RATE_RANGE_HZ), metavar="HZ", help="frame rate [that of --video]"
+    )
     add_one("--keypoints", metavar="FILE", help="2D landmarks that go with the 3D estimate of INPUT")
     add_one("--keypoints-person", metavar="NAME", help="the person in that file")
     add_one(
         "--fov",
-        type=arguments.number(FOV_RANGE_DEG),
+        type=arguments.number(fov.FOV_RANGE_DEG),
         metavar="DEG",
         help="horizontal field of view of the camera",
     )
@@ -59,7 +54,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def read(options: argparse.Namespace) -> Evidence:
     """Read the input, and say on stderr how it was understood."""
-    rate, size = _video(options.video) if options.video is not None else (None, None)
+    rate, size = fov.probe(options.video) if options.video is not None else (None, None)
     camera, lens = _lens(options, options.size or size)
     label = Path(options.input).name
     asked = evidence.Options(
@@ -120,29 +115,8 @@ def _lens(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Ca
             raise InputError("--camera: found --fov beside it; valid: one of them")
         hint = str(options.video or options.input)
         return read_camera(options.camera, name=options.camera_name, size_px=size, up=options.up, hint=hint)
-    if options.fov is None:
-        return None, ""
-    return _pinhole(options, size), f"--fov {options.fov:g}"
-
-
-def _pinhole(options: argparse.Namespace, size: tuple[int, int] | None) -> Camera:
-    if size is None:
-        raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
-    focal = size[0] / 2 / math.tan(math.radians(options.fov) / 2)
-    matrix = np.array([[focal, 0.0, size[0] / 2], [0.0, focal, size[1] / 2], [0.0, 0.0, 1.0]])
-    return Camera(matrix, np.zeros(5), None, size)
-
-
-def _video(path: Any) -> tuple[float | None, tuple[int, int] | None]:
-    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
-    capture = cv2.VideoCapture(str(path))
-    try:
-        rate = capture.get(cv2.CAP_PROP_FPS)
-        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-    finally:
-        capture.release()
-    low, high = RATE_RANGE_HZ
-    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)
+    said = "" if options.fov is None else f"--fov {options.fov:g}"
+    return fov.from_fov(options.fov, size), said
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -155,7 +129,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _place(text: str) -> tuple[float, float]:
-    found = arguments.numbers(text)
-    if len(found) != 2 or min(found) < 0:
+    found = place(text)
+    if found is None:
         raise argparse.ArgumentTypeError(f"found {text!r}; valid: x,y in pixels, such as 640,360")
-    return found[0], found[1]
+    return found

@@ -41,6 +41,8 @@ def _list(_options: argparse.Namespace) -> int:
         state = weights.state(one)
         path = weights.folder() / one.file if state != "missing" else one.purpose
         print(f"{one.name:<9}{state:<9}{path}")
-    if any(weights.state(one) != "there" for one in weights.TABLE[:2]):
+    states = {one.name: weights.state(one) for one in weights.TABLE}
+    usable = any(states[name] == "there" for name in weights.MODELS)
+    if states["detector"] != "there" or not usable or "damaged" in states.values():
         print(f"fetch them: {weights.COMMAND}")
     return 0

@@ -27,6 +27,8 @@ NO_LENS = (
     "or --keypoints of a file with one"
 )
 OVERLAP_MIN = 0.5
+_MISFITS = (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError)
+"""What a reader ends in if a value deep in a file is of a kind that nobody thought of."""
 
 
 @dataclass(frozen=True)
@@ -109,13 +111,20 @@ def read(
     if keypoints is None:
         return _checked(first, path)
     asked = replace(given, format=None, person=keypoints_person, up=None, unit=None, frame=None)
+    if asked.camera is None and first.camera is not None:
+        asked = replace(asked, camera=first.camera, lens=f"that of {os.path.basename(path)}")
     return _checked(join(first, _read(keypoints, asked), path, keypoints), path)
 
 
 def _read(path: str | os.PathLike[str], options: Options) -> Evidence:
     content = open_content(path)
     reader = _reader(content, options.format)
-    found = reader.read(content, options)
+    try:
+        found = reader.read(content, options)
+    except _MISFITS as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        valid = f"a file as {reader.title} has it; --debug shows where"
+        raise content.fail("layout", f"values that don't fit it ({reason})", valid) from error
     if reader.name == "evidence":
         return found
     return replace(found, reading=f"{reader.title}: {found.reading}")

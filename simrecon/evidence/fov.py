@@ -26,7 +26,13 @@ def from_fov(fov_deg: float | None, size_px: tuple[int, int] | None) -> Camera |
     if size_px is None:
         raise InputError("--fov: found no image size; valid: --size WIDTHxHEIGHT beside it, or --video")
     focal = size_px[0] / 2 / math.tan(math.radians(fov_deg) / 2)
-    matrix = np.array([[focal, 0.0, size_px[0] / 2], [0.0, focal, size_px[1] / 2], [0.0, 0.0, 1.0]])
+    return pinhole(focal, size_px)
+
+
+def pinhole(focal_px: float, size_px: tuple[int, int]) -> Camera:
+    """A camera without distortion that looks through the middle of its image; (0, 0) is the first pixel's."""
+    x, y = (size_px[0] - 1) / 2, (size_px[1] - 1) / 2
+    matrix = np.array([[focal_px, 0.0, x], [0.0, focal_px, y], [0.0, 0.0, 1.0]])
     return Camera(matrix, np.zeros(5), None, size_px)
 
 

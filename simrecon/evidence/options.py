@@ -62,6 +62,15 @@ class Options:
         return self.video_fps if self.fps is None else self.fps
 
 
+def place(text: str) -> tuple[float, float] | None:
+    """A place in the image, pixels, from text such as `640,360`; None if it is none."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        return None
+    return (x, y) if 0 <= x < np.inf and 0 <= y < np.inf else None
+
+
 def times_s(source: str, frames: NDArray[Any], fps: float | None) -> Array:
     """Times of frame numbers (T,) at a frame rate.
 

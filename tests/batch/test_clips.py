@@ -57,10 +57,12 @@ def test_a_manifest_of_toml(tmp_path: Path) -> None:
     (tmp_path / "night.toml").write_text(
         '[defaults]\nmass_kg = 70\nscene = "chair.toml"\n'
         '[[clip]]\ninput = "a.npz"\nname = "first"\nmass_kg = 60.5\nseed = 3\n'
-        '[[clip]]\ninput = "in/*.npz"\nplan = "quick"\nperson = "2"\n',
+        '[[clip]]\ninput = "in/*.npz"\nplan = "quick"\nperson = "2"\n'
+        '[[clip]]\ninput = "a.npz"\nname = "third"\nperson_at = "640,360"\nmodel = "full"\n',
         encoding="utf-8",
     )
-    first, second = clips.collect([str(tmp_path / "night.toml")], plan="flips")
+    first, second, third = clips.collect([str(tmp_path / "night.toml")], plan="flips")
+    assert (third.person_at, third.model) == ("640,360", "full")
     assert (first.name, first.mass_kg, first.seed, first.plan) == ("first", 60.5, 3, "flips")
     assert (second.name, second.mass_kg, second.plan, second.person) == ("b", 70, "quick", "2")
     assert first.scene == second.scene == str(tmp_path / "chair.toml")
@@ -81,6 +83,8 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
         ('[[clip]]\ninput = "a.npz"\nmass_kg = 3\n', "mass_kg must be a number from"),
         ('[[clip]]\ninput = "a.npz"\nseed = 1.5\n', "seed must be a whole number"),
         ('[[clip]]\ninput = "a.npz"\nup = "w"\n', "up must be one of x, y, z"),
+        ('[[clip]]\ninput = "a.npz"\nperson_at = "7"\n', "person_at must be x,y in pixels"),
+        ('[[clip]]\ninput = "a.npz"\nmodel = "big"\n', "model must be one of heavy, full"),
         ('[[clip]]\ninput = "a.npz"\nscene = "none.toml"\n', "scene: found no file"),
         ('[[clip]]\ninput = "a.npz"\nname = "a/b"\n', "valid: a file name such as 'a_b'"),
         ('[[clip]]\ninput = "a.npz"\nname = "x"\n' * 2, "found 2 of that name"),

@@ -85,6 +85,19 @@ def test_the_state_follows_from_the_events(tmp_path: Path) -> None:
     assert "4 clips: 1 done, 1 running, 1 waiting, 1 failed" in text
 
 
+def test_a_clip_before_its_first_window_runs_too(tmp_path: Path) -> None:
+    places = Places(tmp_path)
+    stage = {"event": "stage", "clip": "b", "stage": "landmarks", "part": 0.35}
+    write(places, *NIGHT, stage)
+    with journal.locked(places, "me"):
+        state = status.read(places)
+    assert "running  b  landmarks, 35%" in status.text(state, "x")
+    assert "running  a  window 1 of 5, loss 3.2" in status.text(state, "x")
+    write(places, *NIGHT, stage, {"event": "started", "clip": "b", "window": 0, "windows": 5})
+    with journal.locked(places, "me"):
+        assert "running  b  window 0 of 5" in status.text(status.read(places), "x")
+
+
 def test_a_killed_batch_runs_nothing(tmp_path: Path) -> None:
     places = Places(tmp_path)
     write(places, *NIGHT)

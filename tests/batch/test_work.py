@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simrecon import checkpoint, evidence, reconstruct, results
+from simrecon import checkpoint, evidence, reconstruct, resources, results
 from simrecon import plan as plans
 from simrecon.batch import failures, journal, work
 from simrecon.batch import inputs as given
@@ -42,9 +42,17 @@ def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactor
     return (folder / "motion.npz").read_bytes()
 
 
+def split(told: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Events of stages, and the others."""
+    stages = [event for event in told if event["event"] == "stage"]
+    return stages, [event for event in told if event["event"] != "stage"]
+
+
 def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Job, undisturbed: bytes) -> None:
     places, told = Places(Path(job.root)), []
     said = work.solve(job, threads=1, tell=told.append)
+    stages, told = split(told)
+    assert [event["stage"] for event in stages] == ["kinematic fit"]
     assert said["figures"]["verdict"] == "all simulated"
     assert (places.result("one") / "motion.npz").read_bytes() == undisturbed
     windows = told[0]["windows"]
@@ -62,7 +70,7 @@ def test_stopped_after_each_window_it_has_the_same_bits(job: Job, undisturbed: b
     for _ in range(50):
         told: list[dict[str, Any]] = []
         said = work.solve(job, threads=2, tell=told.append, stop=lambda: True)
-        starts.append(told[0]["window"])
+        starts.append(split(told)[1][0]["window"])
         if "figures" in said:
             break
         assert said["kind"] == "stopped"
@@ -153,7 +161,7 @@ def test_a_damaged_checkpoint_is_solved_again(job: Job, undisturbed: bytes) -> N
     first.write_bytes(first.read_bytes()[:-200])
     told: list[dict[str, Any]] = []
     work.solve(job, threads=1, tell=told.append, stop=lambda: True)
-    assert told[0]["window"] == 0  # also the whole second one is not trusted
+    assert split(told)[1][0]["window"] == 0  # also the whole second one is not trusted
     while "figures" not in work.solve(job, threads=1):
         pass
     assert (root / "one" / "motion.npz").read_bytes() == undisturbed
@@ -196,3 +204,34 @@ def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> 
                 assert type(a) is type(b), item.name
                 np.testing.assert_array_equal(a, b)
     assert again.seconds["simulation"] >= sum(window.seconds for window in made.windows)
+
+
+def test_stages_are_told_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(work.time, "monotonic", lambda: now[0])
+    told: list[dict[str, Any]] = []
+    stages = work._Stages("a", told.append)
+    for done in range(100):
+        now[0] += 1.0
+        stages("landmarks", done, 100)
+    stages("kinematic fit", 0.0, 3.0)
+    stages("simulation", 0.0, 3.0)
+    assert [(event["stage"], event["part"]) for event in told[:3]] == [
+        ("landmarks", 0.0), ("landmarks", 0.1), ("landmarks", 0.2),
+    ]  # fmt: skip
+    assert len(told) == 11
+    assert told[-1]["stage"] == "kinematic fit"
+
+
+def test_the_networks_are_part_of_a_video_s_key(
+    inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path))
+    video = Clip("v", str(resources.folder("example") / "beam.mp4"), "quick", fov_deg=40.0)
+    said = given.survey(video)
+    assert said["kind"] == "input"
+    assert "fetch them: simrecon models fetch" in said["message"]
+    monkeypatch.setattr(given.weights, "find", lambda name: (Path(name), f"hash of {name}"))
+    keys = [given.survey(replace(video, model=model))["key"] for model in (None, "heavy", "full")]
+    assert keys[0] != keys[1] != keys[2]
+    assert given._networks(Clip("one", str(inputs / "one.npz"))) == []

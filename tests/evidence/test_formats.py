@@ -169,7 +169,7 @@ def test_the_command_line_says_how_it_read(tmp_path: Path, capsys: pytest.Captur
 def test_a_field_of_view_makes_a_lens(tmp_path: Path) -> None:
     found = asked(str(landmarks(tmp_path)), "--fps", "30", "--fov", "90", "--size", "1280x720")
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, [[640, 0, 640], [0, 640, 360], [0, 0, 1]])
+    np.testing.assert_allclose(found.camera.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
     assert found.camera.image_size_px == (1280, 720)
 
 

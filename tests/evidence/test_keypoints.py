@@ -285,6 +285,19 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
     ),
     "COCO, nobody": (changed(coco_dataset, lambda t: t.update(annotations=[])), "people: found nobody"),
     "AlphaPose, missing key": (changed(alphapose, lambda t: t[5].pop("keypoints") and None), "[5].keypoints"),
+    "AlphaPose, no image": (
+        changed(alphapose, lambda t: t[5].pop("image_id") and None),
+        "image_id: found no such key",
+    ),
+    "COCO, a list as id": (
+        changed(coco_dataset, lambda t: t["annotations"][0].update(image_id=[1])),
+        "layout: found values that don't fit it (TypeError: ",
+    ),
+    "AlphaPose, a list as image": (changed(alphapose, lambda t: t[5].update(image_id=[1])), "[5].image_id"),
+    "OpenPose, beyond any image": (
+        changed(openpose, lambda t: t["people"][0].update(pose_keypoints_2d=[1e300, 2.0, 0.5] * 25)),
+        "a landmark 1e+300 px away",
+    ),
     "AlphaPose, twice": (changed(alphapose, lambda t: [*t, t[0]]), "person 1 twice in frame 5"),
     "MMPose, missing key": (
         changed(mmpose, lambda t: first(t).pop("keypoint_scores") and None),
@@ -448,6 +461,7 @@ BAD3D: dict[str, tuple[Callable[[Path], Path], str]] = {
     "SAM, missing key": (lambda f: sam3d(f, pred_cam_t=None), "[0][0].pred_cam_t: found no such key"),
     "SAM, wrong rank": (lambda f: sam3d(f, pred_keypoints_3d=np.zeros((70, 2))), "found shape (70, 2)"),
     "SAM, NaN": (lambda f: sam3d(f, pred_cam_t=np.full(3, np.nan)), "found NaN"),
+    "SAM, no focal length": (lambda f: sam3d(f, focal_length=0.0), "focal_length: found 0"),
     "SAM, they don't agree": (
         lambda f: sam3d(f, pred_keypoints_2d=np.random.default_rng(0).uniform(0, 700, (70, 2))),
         "px off",

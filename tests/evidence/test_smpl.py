@@ -392,6 +392,14 @@ def test_bad_files_give_one_clear_line(tmp_path: Path, name: str) -> None:
 def test_nobody_in_a_file(tmp_path: Path) -> None:
     path = foreign.save_joblib(tmp_path / "results.pkl", {"people": {}, "camera_world": {}})
     assert_refused(path, AT_30, "people: found nobody")
+    path = foreign.save_joblib(tmp_path / "results.pkl", {"people": {"1": "text"}, "camera_world": {}})
+    assert_refused(path, AT_30, "people.1: found a str")
+
+
+def test_an_array_of_one_object_is_no_list_of_people(tmp_path: Path) -> None:
+    np.savez(tmp_path / "odd.npz", poses=np.array({"a": 1}, dtype=object))
+    with pytest.raises(InputError, match="of no known format"):
+        evidence.read(tmp_path / "odd.npz")
 
 
 def test_what_is_read_can_be_written_and_read(tmp_path: Path) -> None:

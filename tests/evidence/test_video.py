@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import struct
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -132,6 +133,17 @@ def test_nobody(tmp_path) -> None:
     path = files.write(tmp_path / "empty.mp4", [files.scene([])] * 4)
     with pytest.raises(InputError, match="people: found nobody in 4 frames"):
         evidence.read(path, Options(camera=lens()))
+
+
+@fake
+def test_a_video_gives_the_landmarks_of_another_estimate(clip, tmp_path) -> None:
+    estimate = evidence.read(clip, Options(camera=lens()))
+    bare = replace(estimate, keypoint_names=(), keypoints_px=np.empty((20, 0, 2)), scores=np.empty((20, 0)))
+    evidence.write(tmp_path / "estimate.npz", bare)
+    found = evidence.read(tmp_path / "estimate.npz", keypoints=clip)  # through that file's lens
+    np.testing.assert_allclose(found.keypoints_px, estimate.keypoints_px, atol=1e-4)
+    assert found.camera.matrix_px[0, 0] == 150
+    assert "lens: that of estimate.npz" in found.reading
 
 
 @fake

@@ -138,6 +138,10 @@ def _category(content: Content, count: int) -> tuple[str, ...]:
 
 def _results(content: Content, tree: Sequence[Any], options: Options, allowed: Sequence[str]) -> Evidence:
     ids = [_get(one, "image_id") for one in tree]
+    for k, name in enumerate(ids):
+        if not isinstance(name, (int, str)):
+            found_text = "no such key" if name is None else f"a {type(name).__name__}"
+            raise content.fail(f"[{k}].image_id", found_text, "a number or a file name")
     order = {name: i for i, name in enumerate(sorted(set(ids), key=lambda name: (str(type(name)), name)))}
     found, count = [], 0
     for k, one in enumerate(tree):

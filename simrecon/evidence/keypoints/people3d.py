@@ -96,6 +96,8 @@ def read_sam(content: Content, options: Options) -> Evidence:
         )
         place = _array(content, f"{label}.pred_cam_t", person.get("pred_cam_t"), (3,))
         focal = _array(content, f"{label}.focal_length", person.get("focal_length"), None).reshape(-1)
+        if not (focal > 0).all():
+            raise content.fail(f"{label}.focal_length", f"{focal.min():g}", "above 0 px")
         who = person.get("track_id", person.get("person_id"))
         found.append(
             tracks.detection(
@@ -108,7 +110,7 @@ def read_sam(content: Content, options: Options) -> Evidence:
 
 def _sam_people(tree: Any, *, first: bool) -> list[tuple[tuple[int, str], Mapping[str, Any]]]:
     """People with frame number and a label for messages; only those of the first frame, for a look at it."""
-    if isinstance(tree, np.ndarray) and tree.dtype.hasobject:
+    if isinstance(tree, np.ndarray) and _is_list(tree):
         tree = list(tree)
     if isinstance(tree, Mapping) and "pred_keypoints_3d" in tree:
         return _stacked(tree)
@@ -132,7 +134,9 @@ def _sam_people(tree: Any, *, first: bool) -> list[tuple[tuple[int, str], Mappin
 
 
 def _is_list(frame: Any) -> bool:
-    return isinstance(frame, (list, tuple)) or (isinstance(frame, np.ndarray) and frame.dtype.hasobject)
+    if isinstance(frame, np.ndarray):
+        return bool(frame.dtype.hasobject and frame.ndim)
+    return isinstance(frame, (list, tuple))
 
 
 def _stacked(tree: Mapping[str, Any]) -> list[tuple[tuple[int, str], Mapping[str, Any]]]:

@@ -16,6 +16,7 @@ from simrecon.types import Array, Evidence
 
 # A detection belongs to a track if its points moved less than this share of the person's size, and more after
 # a gap; a track waits so many frames.
+PLACE_MAX_PX = 1e6
 MOVE_MAX, GAP_MAX = 0.35, 30
 # Tracks shorter than this share of the longest are taken for false detections.
 SHORT_SHARE = 0.1
@@ -50,6 +51,10 @@ def follow(
     Raises:
         InputError: nobody, or several and nobody asked for; two detections of a person in a frame.
     """
+    for one in detections:
+        if (np.abs(one.points_px) > PLACE_MAX_PX).any():
+            found = f"a landmark {np.nanmax(np.abs(one.points_px)):.3g} px away in frame {one.frame}"
+            raise content.fail("keypoints", found, f"at most {PLACE_MAX_PX:g}")
     seen = [one for one in detections if np.isfinite(one.points_px).all(axis=-1).any()]
     if all(one.person is not None for one in seen):
         grouped: dict[str, list[Detection]] = {}

@@ -24,12 +24,17 @@ def matches(content: Content) -> bool:
     tree = content.tree
     if not isinstance(tree, Mapping) or not isinstance(tree.get("people"), Mapping):
         return False
-    return "camera_world" in tree or any("smplx_world" in track for track in tree["people"].values())
+    return "camera_world" in tree or any(
+        isinstance(track, Mapping) and "smplx_world" in track for track in tree["people"].values()
+    )
 
 
 def read(content: Content, options: Options) -> Evidence:
     """Evidence of one person."""
     tracks = {str(name): track for name, track in content.tree["people"].items()}
+    for name, track in tracks.items():
+        if not isinstance(track, Mapping):
+            raise content.fail(f"people.{name}", f"a {type(track).__name__}", "a dictionary of arrays")
     frames = {name: int(np.size(track.get("frames", ()))) for name, track in tracks.items()}
     person = people.choose(content, frames, options.person)
     frame = options.frame or "world"

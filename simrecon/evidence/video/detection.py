@@ -155,7 +155,7 @@ def follow(
         if progress is not None:
             progress(len(stamps), max(info.count, len(stamps)))
     if follower.chosen < 0:
-        raise _nobody(path, follower, choice, len(stamps))
+        raise _nobody(path, follower, choice, len(stamps), info.count)
     values = rows.array().astype(float)
     points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:]
     scale = np.asarray(regions) / BODY_M
@@ -187,7 +187,7 @@ def _check_size(path: Path, image: Image, size: tuple[int, int]) -> None:
         raise InputError(f"{path}: found {found}; valid: one size")
 
 
-def _nobody(path: Path, follower: Tracker, choice: Choice, count: int) -> InputError:
+def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int) -> InputError:
     if count == 0:
         return InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
     there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
@@ -197,7 +197,9 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int) -> InputE
     if choice.number is not None and there:
         found = f"at most {len(follower.first)} people at a time"
         return InputError(f"{path}: --person {choice.number}: found {found}: {there}")
-    return InputError(f"{path}: people: found nobody in {count} frames; valid: a video that shows a person")
+    damaged = f", of {told}: the rest can't be decoded" if count < told else ""
+    found = f"found nobody in {count} frames{damaged}"
+    return InputError(f"{path}: people: {found}; valid: a video that shows a person")
 
 
 def described(people_px: Array) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.evidence import fov
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options
 from simrecon.evidence.video import detection, frames, metadata, weights
@@ -68,12 +69,9 @@ def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera
     focal = metadata.focal_35mm(content.path)
     if focal is None:
         raise content.fail("lens", "none in the video", LENSES)
-    size = info.size_px
-    pixels = metadata.focal_px(focal, size)
-    matrix = np.array([[pixels, 0.0, (size[0] - 1) / 2], [0.0, pixels, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
-    return Camera(
-        matrix, np.zeros(5), None, size
-    ), f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
+    pixels = metadata.focal_px(focal, info.size_px)
+    said = f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
+    return fov.pinhole(pixels, info.size_px), said
 
 
 def _choice(content: Content, options: Options) -> Choice:
