@@ -133,6 +133,7 @@ def _bytes(digest: str, result: WindowResult) -> bytes:
         effort=[result.effort.retry, result.effort.until],
         state=result.handover.state,
         knots_rad=result.handover.knots_rad,
+        first_knot=result.handover.first,
         **plain,
     )
     return buffer.getvalue()
@@ -154,7 +155,7 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
             loss_terms=dict(zip(found["term_names"].tolist(), found["terms"].tolist(), strict=True)),
             status=WindowStatus[str(found["status"])],
             effort=Effort(*(int(value) for value in found["effort"])),
-            handover=Handover(found["state"], found["knots_rad"]),
+            handover=Handover(found["state"], found["knots_rad"], int(found["first_knot"])),
             **plain,
         )
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):

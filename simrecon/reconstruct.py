@@ -101,7 +101,7 @@ def reconstruct(
     if start is not None:
         problem, handover = starts.from_motion(problem, start)
     windows = schedule.cut(clock, plan)
-    handover = draft.drafted(problem, windows, handover, threads)
+    problem = draft.drafted(problem, windows, handover, threads)
     known: list[WindowResult] = []
     if checkpoint is not None:
         known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)

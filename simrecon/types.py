@@ -247,11 +247,13 @@ class Handover:
 
     Attributes:
         state: (nstate,) `mjSTATE_INTEGRATION`.
-        knots_rad: (Q, nu) control offsets of the whole clip; knots not yet reached are zero, or drafted.
+        knots_rad: (Q, nu) control offsets of the window's knots; none before the first window.
+        first: index of the first of them among the knots of the clip.
     """
 
     state: Array
     knots_rad: Array
+    first: int = 0
 
 
 class WindowStatus(Enum):

@@ -156,8 +156,8 @@ def track(
     """Solve a clip: the engine, its windows, and the person's configurations (T, nq) at the frames."""
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
     problem = problems.pose(fit, seen, scenes.build(fit.body.mjcf, Scene(), clock.step_s), clock, settings)
-    sampler, windows = sampling.Sampler(problem, threads), schedule.cut(clock, settings)
-    handover = draft.drafted(problem, windows, sampling.start(problem), threads)
+    windows, handover = schedule.cut(clock, settings), sampling.start(problem)
+    sampler = sampling.Sampler(draft.drafted(problem, windows, handover, threads), threads)
     results = engine.solve(
         sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None
     )

@@ -122,7 +122,7 @@ def search(
     settings: Plan = replace(problem.plan, optimiser=replace(optimiser, **changes))
     problem = replace(problem, plan=settings)
     if "from zero" in name:
-        handover = replace(handover, knots_rad=np.zeros_like(handover.knots_rad))
+        handover = replace(handover, knots_rad=0.0 * handover.knots_rad)
     if "racing" in name:
         return _by_hand(problem, window, handover, threads, _race)
     if "restarts" in name:

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import numpy as np
-
 from simrecon import rollout
 from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
@@ -22,8 +20,8 @@ from simrecon.rollout import Simulator, Threads
 from simrecon.types import Array, Handover, Window
 
 
-def drafted(problem: Problem, windows: Sequence[Window], start: Handover, threads: Threads = 0) -> Handover:
-    """The first handover with knots from `draft_steps` Gauss-Newton steps on every window by itself.
+def drafted(problem: Problem, windows: Sequence[Window], start: Handover, threads: Threads = 0) -> Problem:
+    """The problem with knots from `draft_steps` Gauss-Newton steps on every window by itself.
 
     The result does not depend on the number of threads.
 
@@ -35,31 +33,26 @@ def drafted(problem: Problem, windows: Sequence[Window], start: Handover, thread
     """
     steps = problem.plan.optimiser.draft_steps
     if not steps:
-        return start
+        return problem
     count = threads() if callable(threads) else threads
     with ThreadPoolExecutor(count or os.cpu_count()) as pool:
         found = list(pool.map(lambda window: _knots(problem, window, start, steps), windows))
-    knots = start.knots_rad.copy()
-    spacing = problem.plan.window.knot_spacing_s
-    for window, own in zip(windows, found, strict=True):
-        # knots from where the window begins; the next one takes those from where this one is committed
-        first = int(np.ceil(window.start_step * problem.clock.step_s / spacing))
-        knots[first:] = own[first:]
-    return replace(start, knots_rad=knots)
+    draft = problem.draft_rad.copy()
+    for own in found:  # the next window takes over where it begins
+        draft[own.first : own.first + len(own.knots_rad)] = own.knots_rad
+    return replace(problem, draft_rad=draft)
 
 
-def _knots(problem: Problem, window: Window, start: Handover, steps: int) -> Array:
-    """Knots (Q, nu) of the clip, of which one window has moved its own."""
+def _knots(problem: Problem, window: Window, start: Handover, steps: int) -> Handover:
+    """What a window by itself would hand over."""
     if window.index:
         start = replace(start, state=_kinematic_state(problem, window))
     simulator = Simulator(problem.model, problem.plan.optimiser.population, 1)
     descent = Descent.begin(Task(problem, window, start), simulator)
     for _ in range(steps):
         descent.step()
-    task = descent.task
-    knots = start.knots_rad.copy()
-    knots[task.knots] = descent.x[: task.shape[0] * task.shape[1]].reshape(task.shape)
-    return knots
+    knots, shape = descent.task.knots, descent.task.shape
+    return Handover(start.state, descent.x[: shape[0] * shape[1]].reshape(shape), knots.start)
 
 
 def _kinematic_state(problem: Problem, window: Window) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import camera as cameras
-from simrecon import kinematics, prior, rollout, rotations
+from simrecon import kinematics, prior, rollout, rotations, splines
 from simrecon.body import names
 from simrecon.plan import Plan
 from simrecon.prior import Prior
@@ -29,6 +29,7 @@ class Problem:
         interval_s: between the frames that the loss looks at, every `every`-th one.
         qpos: (T, nq) kinematic fit, other things that move at rest; qvel0: (nv,) velocity at the first frame.
         targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
+        draft_rad: (Q, nu) knots to begin with where the window before has none; zero if not drafted.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         point_weights: (M,) in the loss.
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.
@@ -45,6 +46,7 @@ class Problem:
     qpos: Array
     qvel0: Array
     targets_rad: Array
+    draft_rad: Array
     orientations: Array
     com_m: Array
     points_m: Array
@@ -84,6 +86,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
     rays, scores = _observations(fit, evidence)
     skeleton = fit.body.skeleton
     rows = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) for name in skeleton.point_names]
+    spacing_s = plan.window.knot_spacing_s
     centres = np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0)
     return Problem(
         model=model,
@@ -95,6 +98,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         qpos=qpos,
         qvel0=rollout.velocities(model, qpos[:3], clock.frame_s)[0],
         targets_rad=_targets(model, fit.qpos, clock),
+        draft_rad=np.zeros((splines.knot_count(clock.steps * clock.step_s, spacing_s), model.nu)),
         orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),
         com_m=fit.com_m,
         points_m=points,

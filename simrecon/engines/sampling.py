@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from simrecon import rollout, splines
+from simrecon import rollout
 from simrecon.cmaes import CMAES
 from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
@@ -28,10 +28,9 @@ FIRST_EFFORT = Effort()
 
 
 def start(problem: Problem) -> Handover:
-    """Where the first window begins: kinematic pose, velocity by finite differences, knots at zero."""
+    """Where the first window begins: kinematic pose, velocity by finite differences, no knots yet."""
     state = rollout.initial_state(problem.model, problem.qpos[0], problem.qvel0)
-    count = splines.knot_count(problem.clock.steps * problem.clock.step_s, problem.plan.window.knot_spacing_s)
-    return Handover(state, np.zeros((count, problem.model.nu)))
+    return Handover(state, np.zeros((0, problem.model.nu)))
 
 
 class Sampler:

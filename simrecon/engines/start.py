@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from simrecon import rollout, splines
+from simrecon import rollout
 from simrecon.engines.problem import Problem
 from simrecon.errors import InputError
-from simrecon.types import Array, Handover, Motion
+from simrecon.types import Handover, Motion
 
 
 def from_motion(problem: Problem, motion: Motion) -> tuple[Problem, Handover]:
@@ -54,10 +54,4 @@ def from_motion(problem: Problem, motion: Motion) -> tuple[Problem, Handover]:
     qpos, qvel = problem.qpos[0].copy(), np.zeros(model.nv)
     qpos[: person.nq], qvel[: person.nv] = motion.qpos[0, : person.nq], motion.qvel[0, : person.nv]
     state = rollout.initial_state(model, qpos, qvel)
-    return replace(problem, targets_rad=targets), Handover(state, _no_knots(problem))
-
-
-def _no_knots(problem: Problem) -> Array:
-    clock = problem.clock
-    count = splines.knot_count(clock.steps * clock.step_s, problem.plan.window.knot_spacing_s)
-    return np.zeros((count, problem.model.nu))
+    return replace(problem, targets_rad=targets), Handover(state, np.zeros((0, model.nu)))

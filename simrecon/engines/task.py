@@ -64,13 +64,15 @@ class Task:
         self._free = 2 * rollout.person(problem.model).nv if free else 0
 
     def warm_start(self) -> Array:
-        """Unknowns (n,): knots of the overlap as the last window left them, then as drafted, if at all."""
-        knots = self.handover.knots_rad[self.knots].copy()
+        """Unknowns (n,): knots of the overlap as they were left, then as drafted, or as the last known."""
+        knots = self.problem.draft_rad[self.knots].copy()
         if self.window.index:
             clock, plan = self.problem.clock, self.problem.plan.window
             start_s, end_s = (step * clock.step_s for step in (self.window.start_step, self.window.end_step))
             reached = splines.support(start_s, min(start_s + plan.overlap_s, end_s), plan.knot_spacing_s).stop
             known = min(max(reached - self.knots.start, 1), len(knots))
+            before = self.handover.knots_rad[self.knots.start - self.handover.first :][:known]
+            knots[: len(before)] = before
             if not knots[known:].any():
                 knots[known:] = knots[known - 1]
         return np.concatenate((knots.ravel(), np.zeros(self._free)))
@@ -195,13 +197,12 @@ class Task:
         kept = self.window.commit_step - self.window.start_step
         ctrl = self.control(x[None])[0, :kept]
         states = rollout.replay(self.problem.model, self.states(x[None])[0], ctrl)
-        knots = self.handover.knots_rad.copy()
-        knots[self.knots] = x[: self.shape[0] * self.shape[1]].reshape(self.shape)
+        knots = x[: self.shape[0] * self.shape[1]].reshape(self.shape).copy()
         return WindowResult(
             window=self.window,
             ctrl=ctrl,
             states=states,
-            handover=Handover(states[-1], knots),
+            handover=Handover(states[-1], knots, self.knots.start),
             **result,  # type: ignore[arg-type]
         )
 

@@ -43,7 +43,7 @@ def test_known_knots_are_recovered(make) -> None:
     fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
     start = sampling.start(problem)
-    truth = np.random.default_rng(5).uniform(-0.3, 0.3, start.knots_rad.shape)
+    truth = np.random.default_rng(5).uniform(-0.3, 0.3, problem.draft_rad.shape)
     problem = as_simulated(problem, fit, truth)
     (window,) = schedule.cut(problem.clock, plan)
     # under the true knots nothing is left of the loss (arccos keeps half of the digits)
@@ -116,6 +116,7 @@ def test_the_control_is_a_spline_about_the_kinematic_targets(
     problem: Problem, plan: Plan, results: list[WindowResult]
 ) -> None:
     knots = results[0].handover.knots_rad
+    assert results[0].handover.first == 0
     steps = results[0].window.commit_step
     times_s = np.arange(steps) * problem.clock.step_s
     added = splines.basis(times_s, plan.window.knot_spacing_s, len(knots)) @ knots
@@ -184,8 +185,7 @@ def test_descent_steps_lead_where_many_generations_do_not(make) -> None:
     plan = make.settings(population=24, generations=0, descent=4)
     fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
-    start = sampling.start(problem)
-    truth = np.random.default_rng(5).uniform(-0.3, 0.3, start.knots_rad.shape)
+    truth = np.random.default_rng(5).uniform(-0.3, 0.3, problem.draft_rad.shape)
     problem = as_simulated(problem, fit, truth)
     (result,) = solve(problem, plan)
     assert result.descent_steps == 8

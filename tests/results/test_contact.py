@@ -246,7 +246,7 @@ def test_a_finished_motion_is_where_the_next_run_starts(person: Body, finished: 
     states = rollout.replay(problem.model, handover.state, problem.targets_rad[: problem.clock.steps])
     qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
     np.testing.assert_array_equal(qpos[finished.frame_step], finished.qpos)
-    assert not handover.knots_rad.any()
+    assert not len(handover.knots_rad)
 
 
 def test_a_finished_motion_starts_a_run_in_another_scene_at_another_step(
