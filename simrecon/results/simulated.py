@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -85,22 +86,23 @@ def read(folder: Path | str) -> Simulated:
     return Simulated(motion, scene, model, report, body, kinematic)
 
 
-def geometry(of: Simulated, shape: Configurations) -> Scores:
-    """Footskate, float and penetration of the primitives, over the simulated frames.
+def geometry(shape: Configurations, names: Sequence[str], kept: contact.Flags | None = None) -> Scores:
+    """Footskate, float and penetration of the primitives.
 
     Args:
-        of: the result.
-        shape: its body, or its kinematic fit.
+        shape: of the configurations of a body.
+        names: of its points.
+        kept: (T,) frames that count, or None for all.
     """
-    kept = of.motion.status == SIMULATED  # (T,)
-    names = [of.motion.joint_names.index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
-    ankles, feet = shape.points_m[kept][:, names], shape.feet_m[kept]
+    rows = np.ones(len(shape.feet_m), bool) if kept is None else np.asarray(kept)
+    columns = [list(names).index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
+    ankles, feet = shape.points_m[rows][:, columns], shape.feet_m[rows]
     if len(feet) < 2:
         return Scores()
     skates = contact.footskate_steps(ankles, feet).astype(np.float64)
     floats = contact.float_frames(feet).astype(np.float64)
-    depth = np.maximum(0.0, -shape.floor_m[kept].min(-1))
-    deep = (shape.scene_m[kept] < -contact.PENETRATION_TOLERANCE_M).any(-1)
+    depth = np.maximum(0.0, -shape.floor_m[rows].min(-1))
+    deep = (shape.scene_m[rows] < -contact.PENETRATION_TOLERANCE_M).any(-1)
     return Scores(
         {
             "footskate_gartner_pct": of_frames(skates, scale=100.0),
