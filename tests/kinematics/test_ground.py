@@ -59,14 +59,14 @@ def test_a_tilted_floor_is_found(skin, airborne: int) -> None:
 
 
 def test_a_level_floor_keeps_its_normal(skin) -> None:
-    found = ground.transform(*(points + [0.0, 0.0, 0.3] for points in skin), tilt=False)
+    found = ground.transform(*(points + np.array([0.0, 0.0, 0.3]) for points in skin), tilt=False)
     np.testing.assert_allclose(found[:3, :3], np.eye(3), atol=1e-12)
     assert found[2, 3] == pytest.approx(-0.3, abs=0.02)
 
 
 def test_someone_who_lies_has_the_floor_under_the_body(skin) -> None:
     lying = rotations.matrix(rotations.exp(np.array([0.0, -np.pi / 2, 0.0])))
-    moved = [points @ lying.T for points in skin]
-    low = moved[2][..., 2].min()
-    found = ground.transform(*(points - [0.0, 0.0, low] for points in moved), tilt=False)
+    moved = [points[:1] @ lying.T for points in skin]
+    low = np.array([0.0, 0.0, moved[2][..., 2].min()])
+    found = ground.transform(*(points - low for points in moved), tilt=False)
     assert abs(found[2, 3]) < 0.04
