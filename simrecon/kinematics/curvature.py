@@ -21,7 +21,6 @@ FREE = 54
 REACH = 2
 """Frames on either side that a frame is tied to."""
 LEAST_PRIOR = 2e-4  # twists that nothing sees must have some unit where a plan has no prior
-OUT_OF_REACH = 0.1  # share of the balance's weight where the person is balanced, but might soon not be
 GRAVITY_MPS2 = 9.81
 
 
@@ -222,10 +221,8 @@ def _mass_chains(problem: Objective, spheres: Array) -> list[tuple[slice, list[A
     com = np.tensordot(touch.mass_share, spheres, axes=1) - [0.0, 0.0, problem.scene.ground.height_m]
     feet = spheres[touch.soles].mean(axis=1)
     far = np.linalg.norm(com[1:-1, :2] - feet[:, 1:-1, :2], axis=-1).min(axis=0)
-    out = np.maximum(far - objective.FOOT_MARGIN_M, 0.0) / objective.SIGMA_BALANCE_M
-    share = np.where(out > 0, 1 / (1 + out**2), OUT_OF_REACH) * problem.observations.standing[:, 1:-1].max(
-        axis=0
-    )
+    share = problem.observations.standing[:, 1:-1].max(axis=0)
+    share = share / (1 + (far / objective.SIGMA_BALANCE_M) ** 2)
     lever = com[1:-1, 2] / (GRAVITY_MPS2 * dt**2)
     rows = np.stack((-lever, 1 + 2 * lever, -lever), axis=-1)
     unit = 2 * w.balance * dt / objective.SIGMA_BALANCE_M**2

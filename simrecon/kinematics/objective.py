@@ -18,7 +18,7 @@ SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
-SIGMA_BALANCE_M, FOOT_MARGIN_M = 0.05, 0.06
+SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
 SIGMA_SMOOTH_RADPS2 = 100.0
@@ -292,9 +292,7 @@ class Objective:
         if w.balance:
             feet = points[touch.soles].mean(axis=1)  # (2, T, 3)
             over = com - [0.0, 0.0, self.scene.ground.height_m]
-            loss, g_com, g_feet = terms.balance(
-                over, feet, self.observations.standing, dt, SIGMA_BALANCE_M, FOOT_MARGIN_M
-            )
+            loss, g_com, g_feet = terms.balance(over, feet, self.observations.standing, dt, SIGMA_BALANCE_M)
             self.terms["balance"] = w.balance * dt * loss
             d_com = d_com + w.balance * dt * g_com
             gradient[touch.soles] += w.balance * dt * g_feet[:, None] / touch.soles.shape[1]
