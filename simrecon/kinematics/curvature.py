@@ -279,4 +279,4 @@ def _priors(problem: Objective) -> Array:
         2 / objective.SIGMA_SOLE_M**2,
         *np.full(len(problem.tallness), 2 / objective.SIGMA_LENGTH**2),
     ]
-    return found + np.diag(own)
+    return np.asarray(found + np.diag(own))
