@@ -97,6 +97,8 @@ def minimize(
     search = _Search(fun, x0, max_evaluations, optimiser.force_stop)
     optimiser.set_min_objective(search)
     code = _run(optimiser, x0)
+    # nlopt and the search hold each other, which no collector sees: let go of what the loss holds
+    search.fun = _spent
     if search.error is not None:
         raise search.error
     status = search.status(code)
@@ -168,6 +170,11 @@ class _Search:
         if code > 0 and code != nlopt.MAXEVAL_REACHED:
             return Status.CONVERGED
         return Status.EVALUATIONS if self.evaluations >= self.max_evaluations else Status.STALLED
+
+
+def _spent(_x: Array) -> tuple[float, Array]:
+    """Stands for a loss that is not needed any more."""
+    raise RuntimeError("the search is over")
 
 
 def _run(optimiser: nlopt.opt, x0: Array) -> int:

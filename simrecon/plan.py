@@ -100,8 +100,16 @@ class LossWeights:
 
 @dataclass(frozen=True)
 class Kinematics:
-    """`[kinematics]`: weights and scales of the kinematic fit's loss, and the most evaluations of it."""
+    """`[kinematics]`: what the kinematic fit does, weights and scales of its loss, most evaluations of it.
 
+    The first four are the letters S, O, G and T of Gärtner 2022, table 2.
+    """
+
+    shape: bool
+    poses: bool
+    ground: bool
+    temporal: bool
+    seed_frames: int = _range(0, 1_000_000)
     keypoint: float = _range(0.0)
     keypoint_scale_px: float = _range(1e-3, 1e4)
     joint: float = _range(0.0)
@@ -218,6 +226,10 @@ def _check_keys(where: str, table: Mapping[str, Any], valid: Collection[str]) ->
 
 
 def _value(where: str, value: Any, kind: type, rules: Mapping[str, Any]) -> Any:
+    if kind is bool:
+        if not isinstance(value, bool):
+            raise InputError(f"{where} must be true or false, found {value!r}")
+        return value
     if kind is str:
         if not isinstance(value, str) or not value.strip():
             raise InputError(f"{where} must be text in quotes, found {value!r}")

@@ -17,11 +17,19 @@ from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.plan import Plan
 
 T = TypeVar("T")
-DROPS = ("keypoints", "joints")
+DROPS = ("keypoints", "joints", "camera")
+HALVES = ("both", "kinematics")
 PLACES = ("seat", "platform")
 ROWS = ("clip", "variant", "method", "change")
 MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
-RUN_SCORES = ("seconds_per_second", "stepping_share", "fallback", "replay_exact", "check_qpos_error")
+RUN_SCORES = (
+    "seconds_per_second",
+    "stepping_share",
+    "fallback",
+    "replay_exact",
+    "check_qpos_error",
+    "fit_cpu_s",
+)
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
 
 
@@ -118,7 +126,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Suite:
-    """All of a suite."""
+    """All of a suite; `half` = `kinematics` runs no simulation."""
 
     purpose: str
     plan: str
@@ -127,6 +135,7 @@ class Suite:
     table: tuple[Table, ...]
     variant: tuple[Variant, ...] = (Variant("full"),)
     target: tuple[Target, ...] = ()
+    half: str = "both"
     name: str = ""
     folder: Path = Path()
 
@@ -290,6 +299,7 @@ def _check(suite: Suite, path: Path) -> None:
             choice(f"{where}: place: kind", clip.place.kind, PLACES)
             if (clip.place.kind == "platform") == (clip.place.height_m is None):
                 raise InputError(f"{path}: {where}: place: height_m; valid: with a platform, and there only")
+    choice("half", suite.half, HALVES)
     base = plans.read(suite.plan)
     for variant in suite.variant:
         for part in variant.drop:

@@ -8,6 +8,7 @@ import os
 import platform
 import subprocess
 import sys
+import time
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -18,20 +19,20 @@ from typing import Any
 import numpy as np
 
 from simrecon import evidence as readers
+from simrecon import kinematics, reconstruct, resources, results
 from simrecon import plan as plans
-from simrecon import reconstruct, resources, results
 from simrecon import scene as scenes
 from simrecon.bench import places, plates
 from simrecon.bench.suite import Clip, Suite, Variant, overridden
 from simrecon.body import names
 from simrecon.errors import InputError, SimreconError
 from simrecon.plan import Plan
-from simrecon.results import report, scores
+from simrecon.results import fitted, report, scores
 from simrecon.types import Evidence, Scene
 
 NOT_IN_KEY = ("bench/", "cli/", "metrics/", "studio/", "batch/", "results/scores.py", "results/simulated.py")
 """Parts of the package that no motion depends on."""
-RESULT, RECORD = "result", "run.json"
+RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,8 @@ def _execute(task: Task) -> dict[str, Any]:
     # the scene is part of the clip, so it is placed from all of the evidence
     scene = _scene(task.clip, task.suite, seen, plans.read(task.suite.plan))
     key = _key(given, task, plan, scene)
+    if task.suite.half == "kinematics":
+        return _fit(task, given, truth, key, _Work(dropped(seen, task.variant.drop), scene, plan))
     folder, record = task.folder / RESULT, task.folder / RECORD
     status = "kept"
     if not (folder / "motion.npz").is_file() or _recorded(record) != key:
@@ -123,8 +126,7 @@ def _execute(task: Task) -> dict[str, Any]:
         _write(record, json.dumps({"key": key}) + "\n")
         status = "done"
     table = scores.score(folder, truth, given)
-    content = table.as_dict()
-    said = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
+    said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
     said["run"] = _run(folder)
     if task.evaluator is not None:
         command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
@@ -134,8 +136,34 @@ def _execute(task: Task) -> dict[str, Any]:
     return said
 
 
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What a kinematic fit is made of."""
+
+    evidence: Evidence
+    scene: Scene
+    plan: Plan
+
+
+def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
+    """The kinematic half alone, kept as `fit.npz`."""
+    path, record = task.folder / FIT, task.folder / RECORD
+    status = "kept"
+    if not path.is_file() or _recorded(record) != key:
+        task.folder.mkdir(parents=True, exist_ok=True)
+        record.unlink(missing_ok=True)
+        began = time.process_time()
+        fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
+        fitted.write(path, fit, time.process_time() - began)
+        _write(record, json.dumps({"key": key}) + "\n")
+        status = "done"
+    table = scores.score_fit(path, truth, given)
+    said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
+    return said | {"run": {"fit_cpu_s": fitted.read(path).seconds_per_second}}
+
+
 def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:
-    """Evidence without its 2D landmarks (`keypoints`) or its 3D estimate (`joints`).
+    """Evidence without its 2D landmarks (`keypoints`), 3D estimate (`joints`), or knowledge of its `camera`.
 
     Raises:
         InputError: nothing is left.
@@ -145,6 +173,8 @@ def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:
         if part == "keypoints":
             points, scored = np.empty((frames, 0, 2)), np.empty((frames, 0))
             evidence = replace(evidence, keypoint_names=(), keypoints_px=points, scores=scored)
+        elif part == "camera":
+            evidence = readers.unknown_camera(evidence)
         else:
             evidence = replace(
                 evidence, joint_names=(), joints_m=np.empty((frames, 0, 3)), rotation_names=(), rotations=None

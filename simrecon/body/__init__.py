@@ -8,6 +8,9 @@ from simrecon.body import mjcf, primitives, shaped
 from simrecon.body.shape import ShapeSpace
 from simrecon.body.shaped import Shape, Wanted
 from simrecon.body.skeleton import (
+    length_names,
+    length_offsets,
+    length_shares,
     measure,
     measure_template,
     rescaled,
@@ -24,6 +27,9 @@ __all__ = [
     "Shape",
     "Wanted",
     "build",
+    "length_names",
+    "length_offsets",
+    "length_shares",
     "measure",
     "measure_template",
     "rescaled",

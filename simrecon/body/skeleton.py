@@ -10,7 +10,7 @@ import numpy as np
 
 from simrecon import resources, rotations
 from simrecon.body import names
-from simrecon.types import Array, Evidence, Skeleton
+from simrecon.types import Array, Evidence, IntArray, Skeleton
 
 ROOT = "pelvis"
 FOOT_SHARE = (0.065, 0.17)
@@ -78,8 +78,15 @@ def stature_m(skeleton: Skeleton) -> float:
     return float(top - sole)
 
 
-def measure(evidence: Evidence) -> dict[str, float]:
-    """Lengths in the 3D estimate, m: median over frames, left and right averaged.
+def measure(evidence: Evidence, rows: IntArray | None = None) -> dict[str, float]:
+    """Lengths in the 3D estimate, m: median over frames, left and right averaged, less what noise adds.
+
+    Noise across a bone makes it longer: of deviation σ in each direction, by about σ²/d. The spread of the
+    lengths over the frames shows σ.
+
+    Args:
+        evidence: with a 3D estimate.
+        rows: frames to look at, or None for all.
 
     Returns:
         By name of `models/body/skeleton.toml`, and `ankle_heel`, `ankle_toe`, `heel_toe`; those that can't be
@@ -89,25 +96,33 @@ def measure(evidence: Evidence) -> dict[str, float]:
         int(point): k for k, point in enumerate(names.resolve(evidence.joint_names)) if point != names.IGNORED
     }
     index = {name: i for i, name in enumerate(template().point_names)}
+    joints = evidence.joints_m if rows is None else evidence.joints_m[rows]
 
     def mean_of(points: list[str]) -> Array | None:
         columns = [where.get(index[name]) for name in points]
         if any(column is None for column in columns):
             return None
-        return np.mean([evidence.joints_m[:, column] for column in columns], axis=0)  # type: ignore[no-any-return]  # (T, 3)
+        return np.mean([joints[:, column] for column in columns], axis=0)  # type: ignore[no-any-return]  # (T, 3)
 
     def length(start: list[str], end: list[str]) -> float:
         found = []
         for side in ("left_", "right_"):
             a, b = (mean_of([_on_side(p, side, start + end) for p in points]) for points in (start, end))
             if a is not None and b is not None and np.isfinite(a + b).any():
-                found.append(float(np.nanmedian(np.linalg.norm(a - b, axis=-1))))
+                found.append(_without_noise(np.linalg.norm(a - b, axis=-1)))
         return float(np.mean(found)) if found else np.nan
 
     measured = {entry["name"]: length(entry["from"], entry["to"]) for entry in _lengths()}
     for start, end in (("ankle", "heel"), ("ankle", "toe"), ("heel", "toe")):
         measured[f"{start}_{end}"] = length([f"left_{start}"], [f"left_{end}"])
     return {name: value for name, value in measured.items() if np.isfinite(value) and value > 0}
+
+
+def _without_noise(lengths_m: Array) -> float:
+    """Median of lengths (T,), NaN where unknown, less what noise of their spread adds."""
+    middle = float(np.nanmedian(lengths_m))
+    spread = 1.4826 * float(np.nanmedian(np.abs(lengths_m - middle)))  # of a normal distribution
+    return float(np.sqrt(max(middle**2 - 2 * spread**2, 0.5 * middle**2)))
 
 
 def _on_side(point: str, side: str, points: list[str]) -> str:
@@ -157,6 +172,33 @@ def rescaled(skeleton: Skeleton, factor: float) -> Skeleton:
         offsets_m=skeleton.offsets_m * factor,
         point_offsets_m=skeleton.point_offsets_m * factor,
     )
+
+
+def length_names() -> tuple[str, ...]:
+    """Names of the lengths that scale an offset, L of them."""
+    return tuple(entry["name"] for entry in _lengths() if entry["scales"])
+
+
+def length_offsets(skeleton: Skeleton) -> Array:
+    """The part of each joint's offset that is proportional to a length, (L, 17, 3) m."""
+    order = {name: i for i, name in enumerate(skeleton.names)}
+    names = length_names()
+    parts = np.zeros((len(names), *skeleton.offsets_m.shape))
+    for entry in _lengths():
+        for target in entry["scales"]:
+            joint, axis = target.split(".")
+            for side in {joint, joint.replace("left_", "right_", 1)}:
+                row, column = order[side], "xyz".index(axis)
+                parts[names.index(entry["name"]), row, column] = skeleton.offsets_m[row, column]
+    return parts
+
+
+def length_shares(skeleton: Skeleton) -> Array:
+    """By how much stature grows as a length does, both as natural logarithms, (L,)."""
+    chain = [skeleton.names.index(name) for name in ("spine", "chest", "neck", "head")]
+    legs = [skeleton.names.index(name) for name in ("left_knee", "left_ankle")]
+    heights = length_offsets(skeleton)[..., 2]  # (L, 17)
+    return np.asarray((heights[:, chain].sum(axis=1) - heights[:, legs].sum(axis=1)) / stature_m(skeleton))
 
 
 def measure_template(skeleton: Skeleton) -> dict[str, float]:

@@ -44,6 +44,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_one("--size", type=_size, metavar="WxH", help="of the image in pixels [that of --video]")
     add_one("--camera", metavar="FILE", help="the camera: TOML; OpenCV's YAML; Pose2Sim's, Caliscope's")
+    add_one(
+        "--unknown-camera",
+        action="store_true",
+        help="hide the camera: focal length by the image's diagonal, place by the floor",
+    )
     add_one("--camera-name", metavar="NAME", help="which camera of that file")
     group = parser.add_argument_group("a video as INPUT (needs the extra video, and simrecon models fetch)")
     group.add_argument(
@@ -77,9 +82,22 @@ def read(options: argparse.Namespace) -> Evidence:
             keypoints=options.keypoints,
             keypoints_person=options.keypoints_person,
         )
+    if options.unknown_camera:
+        found = _without_camera(options, found)
     for line in found.reading.splitlines():
         print(f"read as {line}", file=sys.stderr)
     return found
+
+
+def _without_camera(options: argparse.Namespace, found: Evidence) -> Evidence:
+    given = {"--camera": options.camera, "--fov": options.fov}
+    if beside := [name for name, value in given.items() if value is not None]:
+        raise InputError(f"--unknown-camera: found {beside[0]} beside it; valid: one of them")
+    hidden = evidence.unknown_camera(found)
+    if hidden.camera is None:
+        return hidden
+    said = f"camera: hidden, focal length {hidden.camera.matrix_px[0, 0]:.0f} px"
+    return replace(hidden, reading="\n".join(filter(None, (found.reading, said))))
 
 
 class _Frames:

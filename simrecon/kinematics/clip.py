@@ -2,49 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import mujoco
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from simrecon import body as bodies
 from simrecon import camera as cameras
-from simrecon import lbfgs, prior, rotations
+from simrecon import rotations
 from simrecon.body import names, primitives, shape, shaped
-from simrecon.errors import InputError
 from simrecon.evidence import visibility
-from simrecon.kinematics import initial, world
-from simrecon.kinematics.conditioning import condition
+from simrecon.kinematics import forward, ground, initial, search, world
+from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.objective import (
     SOLE_M,
-    SOLE_RANGE_M,
     Objective,
     Observations,
     Variables,
     contact_points,
+    leans,
     to_qpos,
 )
+from simrecon.kinematics.observe import by_point, observe
 from simrecon.plan import Kinematics
-from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Scene, Skeleton
+from simrecon.types import Array, Body, Camera, Evidence, IntArray, KinematicFit, Scene, Skeleton
 
-# How far the scale of the skeleton may be off, as a natural logarithm: stature given, metric 3D estimate,
-# neither.
-SCALE_SIGMA = {"height": 0.01, "world": 0.05, "other": 0.15}
-LOG_SCALE_MAX = 0.5
-MIN_SCORE = 0.1
-# A foot stands if heel and toe move less than this, seen from an assumed distance and smoothed against noise.
-STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """The evidence by point of the body: (M, T, …), weights zero where nothing is known."""
-
-    pixels: Array
-    scores: Array
-    joints_m: Array
-    known: Array
+FLOOR_FRAMES = 120  # spread over the clip, which are enough for a plane
 
 
 def fit(
@@ -61,36 +45,46 @@ def fit(
     Raises:
         InputError: nothing in the evidence can be used, or no such shape.
     """
-    skeleton, made = _person(evidence, wanted)
-    points = _by_point(evidence, skeleton)
+    skeleton, made = _person(evidence, wanted, plan)
+    points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
     known_world = evidence.camera is not None and evidence.camera.world_to_camera is not None
-    floor_only = replace(plan, contact=0.0, penetration=0.0)
-    problem = _observe(evidence, skeleton, points, camera, plan)
-    contacts = contact_points(skeleton, _primitives(skeleton, evidence, made))
-    start, base = _start(evidence, skeleton, problem, camera)
+    plan = _switched(plan)
+    problem = observe(evidence, skeleton, points, camera, plan)
+    parts = _primitives(skeleton, evidence, made)
+    contacts = contact_points(skeleton, parts)
+    found, base = _start(evidence, skeleton, problem, camera)
 
-    objective = Objective(skeleton, contacts, scene, base, problem, plan if known_world else floor_only)
-    depth_m = 1.0
-    if camera is not None:
-        depth_m = float(np.median(cameras.to_camera(camera, start.root_m)[:, 2]))
-    found, iterations = _minimise(objective, start, plan.evaluations, depth_m)
+    weights = plan if known_world else replace(plan, contact=0.0, penetration=0.0, balance=0.0)
+    objective = Objective(skeleton, contacts, scene, base, problem, weights)
+    found, iterations = _minimise(objective, found, plan)
     if not known_world:
-        transform = _floor(objective, found, evidence)
+        transform = _floor(objective, found, evidence, parts)
         camera = world.moved(camera, transform)
         problem = _moved(problem, transform, camera)
         base = transform[:3, :3] @ base
         found = replace(found, root_m=found.root_m @ transform[:3, :3].T + transform[:3, 3])
         objective = Objective(skeleton, contacts, scene, base, problem, plan)
-        found, more = _minimise(objective, found, plan.evaluations, depth_m)
+        found, more = _minimise(objective, found, plan)
         iterations += more
     distribution = "standard" if wanted is None else wanted.distribution
     return _result(evidence, scene, camera, objective, found, iterations, made, distribution)
 
 
-def _person(evidence: Evidence, wanted: bodies.Wanted | None) -> tuple[Skeleton, bodies.Shape | None]:
+def _switched(plan: Kinematics) -> Kinematics:
+    """Weights of zero where a letter of the ablation is off."""
+    if not plan.ground:
+        plan = replace(plan, penetration=0.0, contact=0.0, balance=0.0)
+    if not plan.temporal:
+        plan = replace(plan, smooth_com=0.0, smooth_position=0.0, smooth_rotation=0.0, still=0.0)
+    return plan
+
+
+def _person(
+    evidence: Evidence, wanted: bodies.Wanted | None, plan: Kinematics
+) -> tuple[Skeleton, bodies.Shape | None]:
     """Kinematic tree, and the shape if one is wanted: betas give lengths, or measured lengths the betas."""
-    lengths = bodies.measure(evidence)
+    lengths = bodies.measure(evidence, _seeds(evidence, plan.seed_frames)) if plan.shape else {}
     measured = bodies.scaled(lengths, evidence.height_m, primitives.default_height_m())
     if wanted is None:
         return measured, None
@@ -100,6 +94,15 @@ def _person(evidence: Evidence, wanted: bodies.Wanted | None) -> tuple[Skeleton,
     betas = shape.fit(lengths, height_m=evidence.height_m, mass_kg=evidence.mass_kg, shapes=wanted.shapes)
     height = evidence.height_m or bodies.stature_m(measured)
     return measured, shaped.make(betas, height_m=height, shapes=wanted.shapes)
+
+
+def _seeds(evidence: Evidence, count: int) -> IntArray | None:
+    """The frames with the best landmark scores on average (Gärtner 2022, section 3.4); None: all."""
+    if not count or not evidence.keypoint_names:
+        return None
+    known = np.isfinite(evidence.joints_m).all(axis=(1, 2))
+    mean = np.where(known, evidence.scores.mean(axis=1), -1.0)
+    return np.sort(np.argsort(-mean, kind="stable")[:count])
 
 
 def _primitives(
@@ -114,100 +117,6 @@ def _primitives(
 def _stature_and_mass(skeleton: Skeleton, evidence: Evidence) -> tuple[float, float]:
     height = evidence.height_m or bodies.stature_m(skeleton)
     return height, evidence.mass_kg or primitives.default_mass_kg(height)
-
-
-def _by_point(evidence: Evidence, skeleton: Skeleton) -> _Points:
-    """Average what the evidence says of each point of the body (some networks name a point twice)."""
-    count, frames = len(skeleton.point_names), len(evidence.times_s)
-    pixels, scores = np.zeros((count, frames, 2)), np.zeros((count, frames))
-    for column, point in enumerate(names.resolve(evidence.keypoint_names)):
-        if point != names.IGNORED:
-            seen = np.isfinite(evidence.keypoints_px[:, column]).all(axis=-1)
-            score = np.where(
-                seen & (evidence.scores[:, column] >= MIN_SCORE), evidence.scores[:, column], 0.0
-            )
-            pixels[point] += score[:, None] * np.nan_to_num(evidence.keypoints_px[:, column])
-            scores[point] += score
-    joints, known = np.zeros((count, frames, 3)), np.zeros((count, frames))
-    for column, point in enumerate(names.resolve(evidence.joint_names)):
-        if point != names.IGNORED:
-            seen = np.all(np.isfinite(evidence.joints_m[:, column]), axis=-1)
-            joints[point] += np.where(seen[:, None], np.nan_to_num(evidence.joints_m[:, column]), 0.0)
-            known[point] += seen
-    pixels = np.where(scores[..., None] > 0, pixels / np.maximum(scores, 1e-12)[..., None], np.nan)
-    joints = joints / np.maximum(known, 1.0)[..., None]
-    if not scores.any() and not known.any():
-        raise InputError("the evidence names no point of the body that is ever seen")
-    return _Points(pixels, np.minimum(scores, 1.0), joints, np.minimum(known, 1.0))
-
-
-def _observe(
-    evidence: Evidence, skeleton: Skeleton, points: _Points, camera: Camera | None, plan: Kinematics
-) -> Observations:
-    """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
-    in_world = points.joints_m
-    if evidence.joints_frame != "world":
-        transform = world.LEVEL if camera is None else cameras.extrinsics(camera)
-        in_world = (in_world - transform[:3, 3]) @ transform[:3, :3]  # (M, T, 3) Rᵀ (x - t), row vectors
-    hips = [skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]
-    has_hips = np.all(points.known[hips] > 0, axis=0).astype(np.float64)  # (T,)
-    root_weights = np.zeros(len(skeleton.point_names))
-    root_weights[hips] = 0.5
-    root = np.tensordot(root_weights, in_world, axes=1)  # (T, 3)
-    measured, ours = bodies.measure(evidence), bodies.measure_template(skeleton)
-    ratios = [ours[key] / measured[key] for key in measured if key in ours]
-    use_image = bool(evidence.keypoint_names) and camera is not None
-    gaussian = prior.gaussian(skeleton)
-    focal = cameras.focal_px(camera) if camera is not None else 1.0
-    rays = np.zeros_like(points.pixels)
-    if use_image and camera is not None:
-        rays = np.nan_to_num(cameras.undistort(camera, points.pixels))
-    known_scale = "height" if evidence.height_m else "world" if evidence.joints_frame == "world" else "other"
-    return Observations(
-        interval_s=float(evidence.times_s[1] - evidence.times_s[0]),
-        rays=rays,
-        ray_weights=points.scores if use_image else np.zeros_like(points.scores),
-        ray_sigma=plan.keypoint_scale_px / focal,
-        world_to_camera=cameras.extrinsics(camera) if use_image and camera is not None else None,
-        joints_m=(in_world - root) * (float(np.median(ratios)) if ratios else 1.0),
-        joint_weights=points.known * has_hips,
-        place_m=root,
-        place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
-        root_weights=root_weights,
-        standing=_standing(skeleton, rays, points, in_world, evidence, camera),
-        scale_sigma=SCALE_SIGMA[known_scale],
-        neutral=gaussian.mean_rad,
-        spread=gaussian.spread_rad,
-        prior=prior.make(plan.prior_model, skeleton),
-    )
-
-
-def _standing(
-    skeleton: Skeleton,
-    rays: Array,
-    points: _Points,
-    joints_m: Array,
-    evidence: Evidence,
-    camera: Camera | None,
-) -> Array:
-    """How surely each foot stands still (2, T): by the speed of heel and toe in the image, else in 3D."""
-    interval = float(evidence.times_s[1] - evidence.times_s[0])
-    smooth = STILL_SMOOTH_S / interval
-    found = []
-    for side in ("left", "right"):
-        rows = [skeleton.point_names.index(f"{side}_{end}") for end in ("heel", "toe")]
-        in_image = camera is not None and points.scores[rows].any()
-        places = rays[rows] * DISTANCE_M if in_image else joints_m[rows]
-        known = points.scores[rows] if in_image else points.known[rows]
-        if not known.any():
-            found.append(np.zeros(places.shape[1]))
-            continue
-        weight = np.maximum(known, 1e-6)[..., None]
-        total = gaussian_filter1d(weight, smooth, axis=1)
-        smoothed = gaussian_filter1d(places * weight, smooth, axis=1) / total
-        speed = np.linalg.norm(np.gradient(smoothed, interval, axis=1), axis=-1).max(axis=0)  # (T,)
-        found.append(np.exp(-((speed / STILL_MPS) ** 2)))
-    return np.stack(found)
 
 
 def _start(
@@ -227,7 +136,11 @@ def _start(
     else:
         root = initial.filled(problem.place_m, problem.place_weights > 0)
     rotvecs = initial.limb_rotations(skeleton, base, problem.joints_m, problem.joint_weights, problem.neutral)
-    return Variables(root, rotvecs, 0.0, SOLE_M), base
+    lengths, lean = (
+        np.zeros(len(bodies.length_names())),
+        np.zeros((leans(frames, problem.interval_s).shape[1], 3)),
+    )
+    return Variables(root, rotvecs, 0.0, SOLE_M, lengths, lean), base
 
 
 def _facing_camera(camera: Camera, skeleton: Skeleton, frames: int) -> tuple[Array, Array]:
@@ -239,37 +152,25 @@ def _facing_camera(camera: Camera, skeleton: Skeleton, frames: int) -> tuple[Arr
     return base, np.broadcast_to((base[0] @ offsets.T).T[:, None], (len(offsets), frames, 3))
 
 
-def _minimise(
-    objective: Objective, start: Variables, evaluations: int, depth_m: float
-) -> tuple[Variables, int]:
-    """Minimise in variables that all matter alike; scale and sole stay within their ranges."""
-    better = condition(objective, depth_m)
-    x0 = better.from_variables(start.pack())
-    lower, upper = np.full_like(x0, -np.inf), np.full_like(x0, np.inf)
-    lower[-2:] = np.array([-LOG_SCALE_MAX, SOLE_RANGE_M[0]]) / better.shared
-    upper[-2:] = np.array([LOG_SCALE_MAX, SOLE_RANGE_M[1]]) / better.shared
-
-    def scaled(u: Array) -> tuple[float, Array]:
-        loss, gradient = objective(better.to_variables(u))
-        return loss, better.gradient(gradient)
-
-    found = lbfgs.minimize(
-        scaled, x0, max_evaluations=evaluations, ftol_rel=1e-6, lower=lower, upper=upper, memory=20
+def _minimise(objective: Objective, start: Variables, plan: Kinematics) -> tuple[Variables, int]:
+    """Without poses to optimise the start is the end."""
+    return search.minimise(
+        objective, partial(curvature, objective), start, plan.evaluations if plan.poses else 0
     )
-    return Variables.unpack(better.to_variables(found.x), len(start.root_m)), found.evaluations
 
 
-def _floor(objective: Objective, found: Variables, evidence: Evidence) -> Array:
-    """Transform that brings the floor under the lowest foot points to the scene's ground."""
-    pose = objective.pose(found)
-    skeleton = objective.skeleton
-    feet = [i for i, name in enumerate(skeleton.point_names) if name.endswith(("_heel", "_toe"))]
-    scale = float(np.exp(found.log_scale))
-    offsets = (scale * skeleton.point_offsets_m + found.sole_m * objective.drop)[feet]
-    places = pose.origins_m[skeleton.point_segments[feet]] + np.einsum(
-        "gtij,gj->gti", pose.axes[skeleton.point_segments[feet]], offsets
+def _floor(
+    objective: Objective, found: Variables, evidence: Evidence, parts: tuple[bodies.Primitive, ...]
+) -> Array:
+    """Transform that brings the ground under the person to the scene's (Gärtner 2022, eq. 7)."""
+    frames = len(found.root_m)
+    rows = np.unique(np.linspace(0, frames - 1, min(frames, FLOOR_FRAMES)).round().astype(int))
+    pose, scale = objective.pose(found), float(np.exp(found.log_scale))
+    some = forward.Pose(
+        *(values[:, rows] for values in (pose.origins_m, pose.axes, pose.before, pose.jacobians))
     )
-    transform = world.floor_transform(places, tilt=evidence.joints_frame != "world")
+    skin = ground.skin(objective.skeleton, parts, some, scale, found.sole_m)
+    transform = ground.transform(*skin, tilt=evidence.joints_frame != "world")
     transform[2, 3] += objective.scene.ground.height_m
     return transform
 
@@ -298,7 +199,7 @@ def _result(
 ) -> KinematicFit:
     """Build the body at the fitted scale and read the centre of mass and reprojection errors off it."""
     scale = float(np.exp(found.log_scale))
-    skeleton = bodies.rescaled(objective.skeleton, scale)
+    skeleton = bodies.rescaled(objective.person(found), scale)
     skeleton = replace(skeleton, point_offsets_m=skeleton.point_offsets_m + found.sole_m * objective.drop)
     height, mass = _stature_and_mass(skeleton, evidence)
     if made is not None:

@@ -1,8 +1,11 @@
 """Change of variables after which all unknowns of the kinematic fit matter about alike, as L-BFGS wants it.
 
-Over time the unknowns are taken by frequency (cosine transform), since smoothness holds high frequencies
-stiffly and low ones not at all; the root's place is taken along the camera's axes, since an image holds depth
-hundreds of times less firmly.
+The Hessian of the objective, as Gauss and Newton approximate it, is banded over time: second differences tie
+a frame to two on either side. What all frames share (scale, lengths, lean) makes a border of a few columns:
+
+    H = [A B; Bᵀ S] = M Mᵀ,   M = [L 0; Wᵀ C],   A = L Lᵀ,  W = L⁻¹ B,  C Cᵀ = S - Wᵀ W
+
+The search runs in u = Mᵀ x, in which the Hessian is near to the identity. Cost is linear in the frames.
 """
 
 from __future__ import annotations
@@ -10,21 +13,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import dct, idct
+from scipy.linalg import cholesky_banded, solve_triangular
+from scipy.linalg.lapack import dtbtrs
 
-from simrecon.body import t_pose_m
-from simrecon.kinematics.objective import (
-    SIGMA_COM_MPS2,
-    SIGMA_SMOOTH_MPS2,
-    SIGMA_SMOOTH_RADPS2,
-    SIGMA_SOLE_M,
-    SIGMA_TOUCH_M,
-    Objective,
-)
-from simrecon.types import Array, Skeleton
+from simrecon.kinematics.curvature import FREE, REACH, Curvature
+from simrecon.types import Array
 
-# Twists that nothing sees must have some unit where a plan has no prior.
-LEAST_PRIOR = 2e-4
+DAMPING = 1e-6
+"""Share of the diagonal that is added, so that the factor exists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,93 +28,73 @@ class Conditioning:
     """A linear map between the packed variables x (n,) and well-scaled ones u (n,).
 
     Attributes:
-        axes: (3, 3) rows are the directions in which the root's place is taken.
-        root: (T, 3) units of the root's place by frequency.
-        joints: (17, T, 3) units of the rotation vectors by frequency.
-        shared: (2,) units of log scale and sole.
+        band: (162, 54 T) lower band of L, frame by frame.
+        border: (54 T, m) W.
+        corner: (m, m) C, lower triangular.
     """
 
-    axes: Array
-    root: Array
-    joints: Array
-    shared: Array
+    band: Array
+    border: Array
+    corner: Array
 
     def to_variables(self, u: Array) -> Array:
-        """The packed variables x (n,) of u (n,)."""
-        root, joints = self._split(u)
-        place = idct(self.root * root, axis=0, norm="ortho") @ self.axes  # (T, 3)
-        turned = idct(self.joints * joints, axis=1, norm="ortho")  # (17, T, 3)
-        return np.concatenate((place.ravel(), turned.ravel(), self.shared * u[-2:]))
+        """The packed variables x (n,) of u (n,): M⁻ᵀ u."""
+        own, shared = self._split(u)
+        shared = solve_triangular(self.corner, shared, lower=True, trans="T", check_finite=False)
+        return _packed(self._solve(own - self.border @ shared, "T"), shared)
 
     def from_variables(self, x: Array) -> Array:
-        """The scaled variables u (n,) of x (n,)."""
-        root, joints = self._split(x)
-        place = dct(root @ self.axes.T, axis=0, norm="ortho") / self.root  # (T, 3)
-        turned = dct(joints, axis=1, norm="ortho") / self.joints  # (17, T, 3)
-        return np.concatenate((place.ravel(), turned.ravel(), x[-2:] / self.shared))
+        """The scaled variables u (n,) of x (n,): Mᵀ x."""
+        own, shared = by_frame(x, len(self.border))
+        product = self.band[0] * own
+        for offset in range(1, len(self.band)):
+            product[:-offset] += self.band[offset, :-offset] * own[offset:]
+        return np.concatenate((product + self.border @ shared, self.corner.T @ shared))
 
     def gradient(self, g: Array) -> Array:
-        """Gradient with respect to u of one with respect to x: the map's transpose."""
-        root, joints = self._split(g)
-        place = dct(root @ self.axes.T, axis=0, norm="ortho") * self.root  # (T, 3)
-        turned = dct(joints, axis=1, norm="ortho") * self.joints  # (17, T, 3)
-        return np.concatenate((place.ravel(), turned.ravel(), g[-2:] * self.shared))
+        """Gradient with respect to u of one with respect to x: M⁻¹ g."""
+        own, shared = by_frame(g, len(self.border))
+        own = self._solve(own, "N")
+        rest = shared - self.border.T @ own
+        return np.concatenate(
+            (own, solve_triangular(self.corner, rest, lower=True, trans="N", check_finite=False))
+        )
 
-    def _split(self, x: Array) -> tuple[Array, Array]:
-        frames = len(self.root)
-        return x[: 3 * frames].reshape(frames, 3), x[3 * frames : -2].reshape(-1, frames, 3)
+    def _solve(self, right: Array, transposed: str) -> Array:
+        solved, _ = dtbtrs(self.band, right[:, None], uplo="L", trans=transposed)
+        return np.asarray(solved[:, 0])
 
-
-def condition(objective: Objective, depth_m: float) -> Conditioning:
-    """Units from a rough diagonal of the objective's Hessian.
-
-    Args:
-        objective: the problem.
-        depth_m: distance of the person from the camera.
-    """
-    see, w, skeleton = objective.observations, objective.weights, objective.skeleton
-    dt, frames = see.interval_s, len(objective.base)
-    image = np.zeros(len(skeleton.point_names))
-    axes = np.eye(3)
-    if see.world_to_camera is not None:
-        image = 2 * w.keypoint * see.ray_weights.mean(axis=1) / (see.ray_sigma * depth_m) ** 2  # (M,)
-        axes = see.world_to_camera[..., :3, :3].reshape(-1, 3, 3)[0]
-    estimate = 2 * w.joint * see.joint_weights.mean(axis=1) / w.joint_scale_m**2  # (M,)
-    # second differences by frequency, per s⁴
-    wave = (2 - 2 * np.cos(np.pi * np.arange(frames) / frames)) ** 2 / dt**4  # (T,)
-
-    place = 2 * w.place * see.place_weights.mean() / w.place_scale_m**2
-    standing = 2 * w.contact / SIGMA_TOUCH_M**2
-    across = np.array([image.sum(), image.sum(), 0.02 * image.sum()]) + place  # (3,) along `axes`
-    stiff = (
-        2 * w.smooth_com / SIGMA_COM_MPS2.min() ** 2
-        + 2 * w.smooth_position * len(image) / SIGMA_SMOOTH_MPS2**2
-    )
-    root = dt * (across + 0.1 * standing + stiff * wave[:, None]) + 1e-6  # (T, 3)
-
-    levers, below = _levers(skeleton)
-    weight = image + estimate
-    turning = np.sum(below * levers * weight, axis=1)  # (17,)
-    held = np.concatenate((np.full((1, 3), 0.1), 2 * max(w.prior, LEAST_PRIOR) / see.spread**2))  # (17, 3)
-    swing = 2 * w.smooth_position * np.sum(below * levers, axis=1) / SIGMA_SMOOTH_MPS2**2  # (17,)
-    swing = swing + 2 * w.smooth_rotation / SIGMA_SMOOTH_RADPS2**2
-    joints = dt * ((turning[:, None] + held)[:, None] + swing[:, None, None] * wave[:, None])  # (17, T, 3)
-
-    drop = np.abs(objective.drop).sum(axis=1)
-    scale = 2 / see.scale_sigma**2 + dt * frames * float(levers[0] @ weight)
-    sole = 2 / SIGMA_SOLE_M**2 + dt * frames * float(drop @ weight)
-    return Conditioning(axes, 1 / np.sqrt(root), 1 / np.sqrt(joints), 1 / np.sqrt([scale, sole]))
+    def _split(self, u: Array) -> tuple[Array, Array]:
+        return u[: len(self.border)], u[len(self.border) :]
 
 
-def _levers(skeleton: Skeleton) -> tuple[Array, Array]:
-    """Squared distances (17, M) of points from joints in T-pose, and which points a joint moves (17, M)."""
-    origins = t_pose_m(skeleton)
-    places = origins[skeleton.point_segments] + skeleton.point_offsets_m  # (M, 3)
-    count = len(skeleton.names)
-    below = np.zeros((count, count))  # [joint, segment]
-    for b in range(count):
-        joint = b
-        while joint >= 0:
-            below[joint, b] = 1.0
-            joint = int(skeleton.parents[joint])
-    return np.sum((places - origins[:, None]) ** 2, axis=-1), below[:, skeleton.point_segments]
+def condition(curvature: Curvature) -> Conditioning:
+    """Factor a curvature."""
+    frames = len(curvature.blocks[0])
+    band = np.zeros((FREE * (REACH + 1), frames, FREE))
+    rows, columns = np.indices((FREE, FREE))
+    for offset, block in enumerate(curvature.blocks):
+        below = rows >= columns if offset == 0 else np.ones_like(rows, bool)
+        row, column = rows[below], columns[below]
+        band[FREE * offset + row - column, : frames - offset, column] = block[:, row, column].T
+    band[0] *= 1 + DAMPING
+    factor = cholesky_banded(band.reshape(len(band), -1), overwrite_ab=True, lower=True, check_finite=False)
+    border, _ = dtbtrs(factor, curvature.border.reshape(-1, len(curvature.corner)), uplo="L", trans="N")
+    corner = curvature.corner - border.T @ border
+    corner[np.diag_indices_from(corner)] += DAMPING * np.diag(curvature.corner)
+    return Conditioning(factor, border, np.linalg.cholesky(corner))
+
+
+def by_frame(x: Array, count: int) -> tuple[Array, Array]:
+    """Packed variables as those of one frame after the other (54 T,), and the shared ones."""
+    frames = count // FREE
+    root, turns = x[: 3 * frames].reshape(frames, 3), x[3 * frames : count].reshape(17, frames, 3)
+    own = np.concatenate((root, np.swapaxes(turns, 0, 1).reshape(frames, -1)), axis=1)  # (T, 54)
+    return own.ravel(), x[count:]
+
+
+def _packed(own: Array, shared: Array) -> Array:
+    """The inverse of `by_frame`."""
+    by_time = own.reshape(-1, FREE)
+    turns = np.swapaxes(by_time[:, 3:].reshape(len(by_time), 17, 3), 0, 1)
+    return np.concatenate((by_time[:, :3].ravel(), turns.ravel(), shared))

@@ -51,6 +51,12 @@ def forward(skeleton: Skeleton, root_m: Array, root_base: Array, rotvecs: Array,
     return Pose(origins, axes, before, rotations.left_jacobian(rotvecs))
 
 
+def at(pose: Pose, frames: IntArray) -> Pose:
+    """The pose of some frames."""
+    every = (pose.origins_m, pose.axes, pose.before, pose.jacobians)
+    return Pose(*(values[:, frames] for values in every))
+
+
 def points(pose: Pose, segments: IntArray, offsets_m: Array) -> Array:
     """World positions (M, T, 3) of points fixed to segments at offsets_m (M, 3)."""
     return pose.origins_m[segments] + (pose.axes[segments] @ offsets_m[:, None, :, None])[..., 0]
@@ -72,15 +78,30 @@ def adjoint(
         gradient: (M, T, 3) dE/dp.
 
     Returns:
-        dE/d root_m (T, 3) and dE/d rotvecs (17, T, 3).
+        Force on each segment and all below it (17, T, 3), which is dE/d root_m of the first, and dE/d rotvecs
+        (17, T, 3).
     """
     count, frames = pose.origins_m.shape[:2]
-    force, moment = np.zeros((count, frames, 3)), np.zeros((count, frames, 3))
-    np.add.at(force, segments, gradient)
-    np.add.at(moment, segments, np.cross(points_m, gradient))  # about the world's origin
+    owner = (segments == np.arange(count)[:, None]).astype(np.float64)  # (17, M)
+    force = (owner @ gradient.reshape(len(segments), -1)).reshape(count, frames, 3)
+    about = cross(points_m, gradient)  # about the world's origin
+    moment = (owner @ about.reshape(len(segments), -1)).reshape(count, frames, 3)
     for b in range(count - 1, 0, -1):
         force[skeleton.parents[b]] += force[b]
         moment[skeleton.parents[b]] += moment[b]
-    about_joint = moment - np.cross(pose.origins_m, force)  # (17, T, 3)
+    about_joint = moment - cross(pose.origins_m, force)  # (17, T, 3)
     local = np.swapaxes(pose.before @ pose.jacobians, -1, -2) @ about_joint[..., None]
-    return force[0], local[..., 0]
+    return force, local[..., 0]
+
+
+def turned(rotvecs: Array, points_m: Array) -> Array:
+    """Points (M, T, 3) turned about the origin by the rotation vector (T, 3) of their frame."""
+    return (rotations.matrix(rotations.exp(rotvecs)) @ points_m[..., None])[..., 0]
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product over the last axis; several times as fast as numpy's."""
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return product

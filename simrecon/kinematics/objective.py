@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simrecon import body as bodies
 from simrecon import rotations
 from simrecon import scene as scenes
 from simrecon.kinematics import forward, terms
@@ -17,13 +18,17 @@ SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
-SIGMA_BALANCE_M, FOOT_MARGIN_M = 0.05, 0.06
+SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
 SIGMA_SMOOTH_RADPS2 = 100.0
 # A person is pushed sideways by friction only, and upwards by a few times body weight at most.
 SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
-SOLE_M, SIGMA_SOLE_M, SOLE_RANGE_M = 0.0, 0.015, (-0.03, 0.06)
+# The 3D estimate as a whole leans by some degrees, more or less so as the person turns; lengths measured in
+# it are off by some per cent.
+SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
+SIGMA_LENGTH = 0.05
+SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,25 +67,38 @@ class Observations:
 
 @dataclass(frozen=True, eq=False)
 class Variables:
-    """Unknowns of the fit: root_m (T, 3), rotvecs (17, T, 3), natural logarithm of the scale, sole_m."""
+    """Unknowns of the fit.
+
+    Attributes:
+        root_m: (T, 3); rotvecs: (17, T, 3).
+        log_scale: natural logarithm of the skeleton's scale; sole_m: how far the sole is below its place.
+        lengths: (L,) natural logarithms of factors on the skeleton's lengths (`bodies.length_offsets`).
+        lean: (F, 3) cosine coefficients of the rotation vector by which the 3D estimate is turned.
+    """
 
     root_m: Array
     rotvecs: Array
     log_scale: float
     sole_m: float
+    lengths: Array
+    lean: Array
 
     def pack(self) -> Array:
         """As one vector."""
-        return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), [self.log_scale, self.sole_m]))
+        shared = ([self.log_scale, self.sole_m], self.lengths, self.lean.ravel())
+        return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), *shared))
 
     @staticmethod
-    def unpack(x: Array, frames: int) -> Variables:
-        """From one vector."""
+    def unpack(x: Array, frames: int, lengths: int) -> Variables:
+        """From one vector of `frames` frames and `lengths` lengths."""
+        places, shared = 3 * frames, 54 * frames
         return Variables(
-            x[: 3 * frames].reshape(frames, 3),
-            x[3 * frames : -2].reshape(-1, frames, 3),
-            float(x[-2]),
-            float(x[-1]),
+            x[:places].reshape(frames, 3),
+            x[places:shared].reshape(17, frames, 3),
+            float(x[shared]),
+            float(x[shared + 1]),
+            x[shared + 2 : shared + 2 + lengths],
+            x[shared + 2 + lengths :].reshape(-1, 3),
         )
 
 
@@ -149,25 +167,34 @@ class Objective:
         self.terms: dict[str, float] = {}
         ends = [name.endswith(("_heel", "_toe")) for name in skeleton.point_names]
         self.feet = np.flatnonzero(ends)
+        self.tallness = bodies.length_shares(skeleton)  # (L,)
+        self.stretch = bodies.length_offsets(skeleton)  # (L, 17, 3)
+        self.leans = leans(len(base), observations.interval_s)  # (T, F)
         self.drop = np.outer(ends, [0.0, 0.0, -1.0])  # (M, 3) landmarks that go down with the sole
 
     def pose(self, variables: Variables) -> forward.Pose:
         """Forward kinematics at the variables."""
         scale = float(np.exp(variables.log_scale))
-        return forward.forward(self.skeleton, variables.root_m, self.base, variables.rotvecs, scale)
+        person = self.person(variables)
+        return forward.forward(person, variables.root_m, self.base, variables.rotvecs, scale)
+
+    def person(self, variables: Variables) -> Skeleton:
+        """The skeleton with the lengths of the variables, unscaled."""
+        longer = np.tensordot(np.expm1(variables.lengths), self.stretch, axes=1)
+        return replace(self.skeleton, offsets_m=self.skeleton.offsets_m + longer)
 
     def __call__(self, x: Array) -> tuple[float, Array]:
         """Loss and gradient, (n,), at the packed variables x (n,)."""
-        variables = Variables.unpack(x, len(self.base))
+        variables = Variables.unpack(x, len(self.base), len(self.stretch))
         scale = float(np.exp(variables.log_scale))
         pose = self.pose(variables)
         self.terms = {}
-        marks, d_marks, d_scale = self._marks(pose, variables, scale)
+        marks, d_marks, d_scale, d_lean = self._marks(pose, variables, scale)
         touch, d_touch, d_touch_scale = self._contacts(pose, variables, scale)
         segments = np.concatenate((self.skeleton.point_segments, self.contacts.segments))
         points = np.concatenate((marks, touch))
         gradient = np.concatenate((d_marks, d_touch))
-        d_place, d_rotvecs = forward.adjoint(self.skeleton, pose, segments, points, gradient)
+        force, d_rotvecs = forward.adjoint(self.skeleton, pose, segments, points, gradient)
         # all lengths grow with exp(log_scale), so a point moves by its distance from the root
         d_scale += d_touch_scale + float(np.sum(gradient * (points - variables.root_m)))
         fixed = np.concatenate((self.drop, self.contacts.drop))  # (M + G, 3)
@@ -175,30 +202,45 @@ class Objective:
         d_sole = float(np.sum(gradient * down))
         # the sole's height does not grow with the scale
         d_scale -= variables.sole_m * d_sole
-        d_sole += self._shared(variables)
-        d_scale += 2 * variables.log_scale / self.observations.scale_sigma**2
+        d_lengths = self._longer(pose, variables, scale, force)
+        shared = self._shared(variables)
         d_rotvecs += self._joint_space(variables)
-        packed = np.concatenate((d_place.ravel(), d_rotvecs.ravel(), [d_scale, d_sole]))
-        return sum(self.terms.values()), packed
+        ends = np.concatenate(([d_scale, d_sole], d_lengths, d_lean.ravel())) + shared
+        return sum(self.terms.values()), np.concatenate((force[0].ravel(), d_rotvecs.ravel(), ends))
 
-    def _marks(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
-        """Terms of the landmark points: positions, gradient, gradient of log scale but for the points'."""
+    def _longer(self, pose: forward.Pose, variables: Variables, scale: float, force: Array) -> Array:
+        """Gradient of the lengths (L,): all below a joint moves with its offset; force (17, T, 3) on it."""
+        parents = self.skeleton.parents[1:]
+        local = np.einsum("btji,btj->bi", pose.axes[parents], force[1:])  # (16, 3) Σ_t R_parentᵀ f
+        along = np.einsum("lbi,bi->l", self.stretch[:, 1:], local)
+        return np.asarray(scale * np.exp(variables.lengths) * along)
+
+    def _marks(
+        self, pose: forward.Pose, variables: Variables, scale: float
+    ) -> tuple[Array, Array, float, Array]:
+        """Terms of the landmark points: positions, gradients of them, of log scale but for them, of lean."""
         see, w = self.observations, self.weights
         offsets = scale * self.skeleton.point_offsets_m + variables.sole_m * self.drop
         marks = forward.points(pose, self.skeleton.point_segments, offsets)  # (M, T, 3)
         gradient = np.zeros_like(marks)
-        d_scale, dt = 0.0, see.interval_s
+        d_scale, d_lean, dt = 0.0, np.zeros_like(variables.lean), see.interval_s
         if see.world_to_camera is not None and w.keypoint:
             loss, g = terms.reprojection(marks, see.rays, see.ray_weights, see.world_to_camera, see.ray_sigma)
             self.terms["keypoint"] = w.keypoint * dt * loss
             gradient += w.keypoint * dt * g
         if see.joint_weights.any():
             root = np.tensordot(see.root_weights, marks, axes=1)  # (T, 3)
-            loss, g = terms.distance(marks - root, scale * see.joints_m, see.joint_weights, w.joint_scale_m)
+            turn = self.leans @ variables.lean  # (T, 3)
+            targets = scale * forward.turned(turn, see.joints_m)  # (M, T, 3)
+            loss, g = terms.distance(marks - root, targets, see.joint_weights, w.joint_scale_m)
             self.terms["joint"] = w.joint * dt * loss
             g *= w.joint * dt
             gradient += g - see.root_weights[:, None, None] * g.sum(axis=0)
-            d_scale -= float(np.sum(g * scale * see.joints_m))
+            d_scale -= float(np.sum(g * targets))
+            moment = -forward.cross(targets, g).sum(axis=0)  # (T, 3)
+            d_lean = (
+                self.leans.T @ (rotations.left_jacobian(turn).swapaxes(-1, -2) @ moment[..., None])[..., 0]
+            )
             loss, g_root = terms.distance(root, see.place_m, see.place_weights, w.place_scale_m)
             self.terms["place"] = w.place * dt * loss
             gradient += w.place * dt * see.root_weights[:, None, None] * g_root
@@ -208,7 +250,7 @@ class Objective:
         loss, g = terms.acceleration(marks, dt, SIGMA_SMOOTH_MPS2)
         self.terms["smooth_position"] = w.smooth_position * dt * loss
         gradient += w.smooth_position * dt * g
-        return marks, gradient, d_scale
+        return marks, gradient, d_scale, d_lean
 
     def _contacts(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
         """Terms of the contact points: positions, gradient, and the gradient of log scale by their radii."""
@@ -250,21 +292,26 @@ class Objective:
         if w.balance:
             feet = points[touch.soles].mean(axis=1)  # (2, T, 3)
             over = com - [0.0, 0.0, self.scene.ground.height_m]
-            loss, g_com, g_feet = terms.balance(
-                over, feet, self.observations.standing, dt, SIGMA_BALANCE_M, FOOT_MARGIN_M
-            )
+            loss, g_com, g_feet = terms.balance(over, feet, self.observations.standing, dt, SIGMA_BALANCE_M)
             self.terms["balance"] = w.balance * dt * loss
             d_com = d_com + w.balance * dt * g_com
             gradient[touch.soles] += w.balance * dt * g_feet[:, None] / touch.soles.shape[1]
         gradient += touch.mass_share[:, None, None] * d_com
         return gradient
 
-    def _shared(self, variables: Variables) -> float:
-        """Priors on scale and sole; returns the gradient of the sole."""
+    def _shared(self, variables: Variables) -> Array:
+        """Priors on scale, sole, lengths and lean; returns their gradient, (2 + L + 3 F,)."""
         see = self.observations
+        # what changes the lengths should leave the stature as it is known
+        tall = variables.log_scale + float(self.tallness @ variables.lengths)
         offset = (variables.sole_m - SOLE_M) / SIGMA_SOLE_M
-        self.terms["shared"] = offset**2 + (variables.log_scale / see.scale_sigma) ** 2
-        return 2 * offset / SIGMA_SOLE_M
+        self.terms["shared"] = offset**2 + (tall / see.scale_sigma) ** 2
+        self.terms["lengths"] = float(np.sum(variables.lengths**2)) / SIGMA_LENGTH**2
+        self.terms["lean"] = float(np.sum(variables.lean**2)) / SIGMA_LEAN_RAD**2
+        d_tall = 2 * tall / see.scale_sigma**2
+        d_lengths = d_tall * self.tallness + 2 * variables.lengths / SIGMA_LENGTH**2
+        d_lean = 2 * variables.lean / SIGMA_LEAN_RAD**2
+        return np.concatenate(([d_tall, 2 * offset / SIGMA_SOLE_M], d_lengths, d_lean.ravel()))
 
     def _joint_space(self, variables: Variables) -> Array:
         """Terms of the rotation vectors themselves; returns their gradient (17, T, 3)."""
@@ -283,6 +330,13 @@ class Objective:
             self.terms["prior"] = w.prior * dt * float(np.sum(squared))
             gradient[1:] += w.prior * dt * np.swapaxes(g, 0, 1)
         return gradient
+
+
+def leans(frames: int, interval_s: float) -> Array:
+    """Slow cosines of a clip (T, F), the first one constant; each of root mean square one."""
+    count = 1 + int(2 * frames * interval_s / LEAN_PERIOD_S)
+    phase = np.pi * (np.arange(frames)[:, None] + 0.5) / frames * np.arange(min(count, frames))  # (T, F)
+    return np.where(np.arange(phase.shape[1]) > 0, np.sqrt(2.0), 1.0) * np.cos(phase)
 
 
 def to_qpos(root_m: Array, base: Array, rotvecs: Array) -> Array:

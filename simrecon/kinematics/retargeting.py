@@ -11,16 +11,17 @@ scale with a person, so among them the way is kept, and heights scale from what 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import lbfgs, prior, rotations
+from simrecon import prior, rotations
 from simrecon import scene as scenes
 from simrecon.body import known
-from simrecon.kinematics import forward, initial, terms
+from simrecon.kinematics import forward, initial, search, terms
 from simrecon.kinematics.clip import configurations
-from simrecon.kinematics.conditioning import condition
+from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.objective import (
     ContactPoints,
     Objective,
@@ -74,22 +75,15 @@ def retarget(fit: KinematicFit, body: Body, weights: Kinematics) -> KinematicFit
         The motion of `body`, in the same scene and world; reprojection errors are NaN.
     """
     objective, start = problem(fit, body, weights)
-    better = condition(objective.objective, depth_m=1.0)
-
-    def scaled(u: Array) -> tuple[float, Array]:
-        loss, gradient = objective(better.to_variables(u))
-        return loss, better.gradient(gradient)
-
-    found = lbfgs.minimize(
-        scaled,
-        better.from_variables(start.pack()),
-        max_evaluations=weights.evaluations,
-        ftol_rel=1e-4,
-        memory=20,
+    solved, used = search.minimise(
+        objective,
+        partial(curvature, objective.objective),  # without the terms of the contacts
+        start,
+        weights.evaluations,
+        settled=1e-4,
+        shared=False,
     )
-    packed = better.to_variables(found.x)
-    solved = Variables.unpack(packed, len(fit.times_s))
-    objective(packed)
+    objective(solved.pack())
     qpos = to_qpos(solved.root_m, objective.objective.base, solved.rotvecs)
     return replace(
         fit,
@@ -97,7 +91,7 @@ def retarget(fit: KinematicFit, body: Body, weights: Kinematics) -> KinematicFit
         qpos=qpos,
         com_m=configurations(body, qpos)[0],
         reprojection_px=np.full_like(fit.reprojection_px, np.nan),
-        iterations=found.evaluations,
+        iterations=used,
         loss=dict(objective.terms),
     )
 
@@ -112,7 +106,8 @@ class Retargeting:
 
     E = E_fit + Δt Σ_t (Σ a (d - d̂)² / σ_d² + Σ b ‖ẋ‖² / σ_v² + Σ ‖v - v̂‖² / σ_r²) with the kinematic
     objective E_fit of scaled landmarks, clearances d of what touches (weights a), velocities ẋ of contact
-    points at rest (b), and rotation vectors v. The body is given: its scale and sole don't move.
+    points at rest (b), and rotation vectors v. The body is given: its scale, sole and
+    lengths don't move.
     """
 
     def __init__(self, objective: Objective, contacts: Contacts, scale: float, rotvecs: Array) -> None:
@@ -125,7 +120,7 @@ class Retargeting:
         """Loss and gradient (n,) at the packed variables x (n,)."""
         own, dt = self.objective, self.objective.observations.interval_s
         loss, gradient = own(x)
-        variables = Variables.unpack(x, len(own.base))
+        variables = Variables.unpack(x, len(own.base), len(own.stretch))
         pose = own.pose(variables)
         points = forward.points(pose, own.contacts.segments, own.contacts.offsets_m)  # (G, T, 3)
         apart, normals = scenes.distances(own.scene, points)  # (S, G, T), (S, G, T, 3)
@@ -138,11 +133,12 @@ class Retargeting:
         hold, d_points = terms.held(points, self.contacts.held, dt, SIGMA_HELD_MPS)
         turn, d_rotvecs = terms.near(variables.rotvecs, self.rotvecs, 1.0, SIGMA_TURN_RAD)
         d_points += np.einsum("sgt,sgti->gti", slope, normals)
-        d_root, d_joints = forward.adjoint(own.skeleton, pose, own.contacts.segments, points, d_points)
+        force, d_joints = forward.adjoint(own.skeleton, pose, own.contacts.segments, points, d_points)
         more = {"touch": dt * touch, "hold": dt * hold, "turn": dt * turn}
         self.terms = {**own.terms, **more}
-        gradient[:-2] += dt * np.concatenate((d_root.ravel(), (d_joints + d_rotvecs).ravel()))
-        gradient[-2:] = 0.0
+        moved = dt * np.concatenate((force[0].ravel(), (d_joints + d_rotvecs).ravel()))
+        gradient[: len(moved)] += moved
+        gradient[len(moved) :] = 0.0
         return loss + sum(more.values()), gradient
 
 
@@ -164,7 +160,9 @@ def problem(fit: KinematicFit, body: Body, weights: Kinematics) -> tuple[Retarge
     chosen = replace(weights, keypoint=0.0, contact=0.0, still=0.0, balance=0.0, smooth_com=0.0, prior=0.0)
     chosen = replace(chosen, place_scale_m=PLACE_SCALE_M)
     objective = Objective(body.skeleton, touch, fit.scene, base, see, chosen)
-    return Retargeting(objective, found, scale, rotvecs), Variables(place, rotvecs, 0.0, 0.0)
+    still = np.zeros((objective.leans.shape[1], 3))
+    start = Variables(place, rotvecs, 0.0, 0.0, np.zeros(len(objective.stretch)), still)
+    return Retargeting(objective, found, scale, rotvecs), start
 
 
 def contacts(scene: Scene, touch: ContactPoints, pose: forward.Pose, interval_s: float) -> Contacts:

@@ -91,7 +91,7 @@ def penetration(clearance_m: Array, sigma: float) -> tuple[float, Array]:
 
 
 def balance(
-    com_m: Array, feet_m: Array, standing: Array, interval_s: float, sigma: float, margin_m: float
+    com_m: Array, feet_m: Array, standing: Array, interval_s: float, sigma: float
 ) -> tuple[float, Array, Array]:
     """Distance of the zero-moment point from the support of the standing feet, robust.
 
@@ -104,8 +104,8 @@ def balance(
         feet_m: (2, T, 3) middle of the left and the right sole.
         standing: (2, T) how surely each foot stands, 0 to 1; frames without one don't count.
         interval_s: between frames.
-        sigma: distance beyond the margin at which the pull begins to fade.
-        margin_m: half length of a foot, within which all is well.
+        sigma: distance at which the pull begins to fade, about half the length of a foot. A margin
+            without any pull, and a stiff one beyond, would be as right, but hard to search.
 
     Returns:
         The loss and its gradients, (T, 3) of the centre of mass and (2, T, 3) of the feet.
@@ -123,11 +123,9 @@ def balance(
         :, None
     ]  # (T - 2, 1) 0 left, 1 right
     offset = point - (1 - share) * left - share * right  # (T - 2, 2)
-    far = np.linalg.norm(offset, axis=-1)
-    excess = np.maximum(far - margin_m, 0.0) / sigma
-    loss, slope = cauchy(excess**2)
+    loss, slope = cauchy(np.sum(offset**2, axis=-1) / sigma**2)
     weight = np.where((sure >= STANDS).any(axis=0), sure.max(axis=0), 0.0)
-    d_point = (weight * slope * 2 * excess / sigma / np.maximum(far, 1e-9))[:, None] * offset  # (T - 2, 2)
+    d_point = (2 * weight * slope / sigma**2)[:, None] * offset  # (T - 2, 2)
     d_com, d_feet = np.zeros_like(com_m), np.zeros_like(feet_m)
     lever = d_point * -height / (g * interval_s**2)
     d_com[1:-1, :2] += d_point - 2 * lever

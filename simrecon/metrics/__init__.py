@@ -19,6 +19,7 @@ from simrecon.metrics.contact import (
 )
 from simrecon.metrics.joints import evaluate
 from simrecon.metrics.pose import (
+    first_frame_aligned,
     mpjpe,
     mpjpe_2d,
     mpjpe_g,
@@ -41,6 +42,7 @@ __all__ = [
     "acceleration",
     "box_clearance",
     "evaluate",
+    "first_frame_aligned",
     "float_pct",
     "foot_metrics",
     "footskate_pct",

@@ -8,6 +8,7 @@ POSITION = {
     "mpjpe_mm": "MPJPE: the same with the roots of every frame joined",
     "mpjpe_pa_mm": "MPJPE-PA: the same after the best similarity transform of every frame",
     "mpjpe_g_align1_mm": "MPJPE-G with the roots of the first frame joined (Rempe, Gärtner)",
+    "mpjpe_g_rigid1_mm": "MPJPE-G after the rotation and translation that fits the first frame",
     "w_mpjpe_mm": "W-MPJPE: each 100 frames aligned on their first two, with scale (WHAM)",
     "wa_mpjpe_mm": "WA-MPJPE: each 100 frames aligned as a whole, with scale (WHAM)",
     "w_mpjpe_rigid_mm": "W-MPJPE without scale",

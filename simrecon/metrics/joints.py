@@ -192,6 +192,7 @@ def accuracy(motion: Track, on: Clip) -> Scores:
         "mpjpe_g_align1_mm": of_frames(
             pose.distances(a - root[:1, None], b - truth_root[:1, None]), scale=1e3
         ),
+        "mpjpe_g_rigid1_mm": of_frames(pose.distances(pose.first_frame_aligned(a, b), b), scale=1e3),
         "root_mm": of_frames(np.linalg.norm(root - truth_root, axis=-1), scale=1e3),
         "velocity_mps": of_frames(pose.distances(np.diff(a, axis=0), np.diff(b, axis=0)), scale=1 / dt),
         "accel_mps2": of_frames(

@@ -118,6 +118,18 @@ def chunked(
     return moved
 
 
+def first_frame_aligned(joints: Array, truth: Array) -> Array:
+    """Joints after the one rotation and translation that fits the first frame, (T, J, 3) → (T, J, 3).
+
+    For a camera that nobody knows: heading, lean and place of the world are then anybody's guess.
+    NaN if a joint of the first frame is unknown.
+    """
+    if not (np.isfinite(joints[0]).all() and np.isfinite(truth[0]).all()):
+        return np.full_like(joints, np.nan)
+    rotation, _, shift = similarity(joints[0], truth[0], with_scale=False)
+    return np.asarray(joints @ rotation.T + shift)
+
+
 def w_mpjpe(joints: Array, truth: Array, *, with_scale: bool = True, frames: int = CHUNK_FRAMES) -> float:
     """W-MPJPE: `mpjpe_g` after `chunked` on the first two frames (SLAHMR, WHAM, GVHMR)."""
     return float(mpjpe_g(chunked(joints, truth, first=True, with_scale=with_scale, frames=frames), truth))

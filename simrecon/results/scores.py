@@ -13,10 +13,14 @@ from simrecon import evidence
 from simrecon.metrics import joints, statistics
 from simrecon.metrics.definitions import DEFINITIONS, GROUPS
 from simrecon.metrics.joints import Clip, Scores
-from simrecon.metrics.truth import covered_times, read_truth
-from simrecon.results import simulated
+from simrecon.metrics.truth import BODY_JOINTS, Truth, canonical, covered_times, read_truth
+from simrecon.results import fitted, simulated
+from simrecon.results.motion import SIMULATED
+from simrecon.types import Evidence, Scene
 
 SCHEMA = "simrecon.scores/1"
+OF_POSE = ("mpjpe_mm", "mpjpe_pa_mm", "pck_pct")
+"""Scores that don't ask where the person is."""
 RESULT, KINEMATIC, INPUT, REFERENCE = "result", "kinematic", "input", "reference"
 
 
@@ -52,7 +56,7 @@ def score(
     Args:
         folder: of the result.
         truth: the reference, `simrecon.truth/1`.
-        given: the evidence; its 3D joints are scored as they are where they lie in the world.
+        given: the evidence; its 3D joints are scored as they are in the world, and as poses otherwise.
         seed: of the bootstrap; None leaves the intervals out.
 
     Returns:
@@ -62,31 +66,86 @@ def score(
         InputError: one line with the file, what was found and what is valid.
     """
     of, reference = simulated.read(folder), read_truth(truth)
-    target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
-    motion = joints.track(of.motion.times_s, of.motion.joint_names, of.motion.joints_m, "motion", of.rest_m)
-    times = covered_times(motion.times_s, target.times_s)
-    on = joints.clip(target, times, of.scene, [n for n in motion.names if n in target.names])
+    kept, names = of.motion.status == SIMULATED, of.motion.joint_names
+    motion = joints.track(of.motion.times_s, names, of.motion.joints_m, "motion", of.rest_m)
+    target, on = _compared(motion, reference, of.scene)
     found: dict[str, Scores] = {RESULT: _both(motion, on)}
-    found[RESULT] |= simulated.geometry(of, of.body) | simulated.forces(of, on) | simulated.reported(of)
+    found[RESULT] |= simulated.geometry(of.body, names, motion.times_s, kept)
+    found[RESULT] |= simulated.forces(of, on) | simulated.reported(of)
     if reference.plates is not None:
         mass = reference.mass_kg or of.mass_kg
         found[RESULT] |= simulated.against_plates(of, reference.plates, target.times_s, on, mass)
     if of.kinematic is not None:
         fit = replace(motion, joints_m=of.kinematic.points_m)
-        found[KINEMATIC] = _both(fit, on) | simulated.geometry(of, of.kinematic)
+        shape = simulated.geometry(of.kinematic, names, motion.times_s, kept)
+        found[KINEMATIC] = _both(fit, on) | shape
+    return _table(RESULT, found | _others(reference, target, given, on), on, seed)
+
+
+def score_fit(
+    path: Path, truth: Path | str, given: Path | str | None = None, *, seed: int | None = 0
+) -> Table:
+    """Scores of a kinematic fit, its input, other methods and the reference.
+
+    Args:
+        path: of the fit, `simrecon.fit/1`.
+        truth: the reference, `simrecon.truth/1`.
+        given: the evidence.
+        seed: of the bootstrap; None leaves the intervals out.
+
+    Raises:
+        InputError: one line with the file, what was found and what is valid.
+    """
+    of, reference = fitted.read(path), read_truth(truth)
+    motion = joints.track(of.times_s, of.names, of.shape.points_m, "kinematic fit", of.rest_m)
+    target, on = _compared(motion, reference, of.scene)
+    image = Scores({}, {"mpjpe_2d_px": of.mpjpe_2d_px})
+    found = {KINEMATIC: _both(motion, on) | simulated.geometry(of.shape, of.names, of.times_s) | image}
+    return _table(KINEMATIC, found | _others(reference, target, given, on), on, seed)
+
+
+def _compared(motion: joints.Track, reference: Truth, scene: Scene) -> tuple[joints.Track, Clip]:
+    """The reference of a motion, and what both are compared on."""
+    target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
+    times = covered_times(motion.times_s, target.times_s)
+    return target, joints.clip(target, times, scene, [n for n in motion.names if n in target.names])
+
+
+def _others(reference: Truth, target: joints.Track, given: Path | str | None, on: Clip) -> dict[str, Scores]:
+    """Scores of the input, of other methods, and of the reference."""
+    found: dict[str, Scores] = {}
     if given is not None:
         seen = evidence.read(given)
-        if seen.joint_names and seen.joints_frame == "world":
-            found[INPUT] = _both(joints.track(seen.times_s, seen.joint_names, seen.joints_m, "evidence"), on)
+        if seen.joint_names:
+            found[INPUT] = _of_input(seen, on)
     for name, peer in reference.peers.items():
         found[name] = _both(joints.Track(target.times_s, target.names, peer), on)
     found[REFERENCE] = joints.plausibility(target, on)
+    return found
+
+
+def _of_input(seen: Evidence, on: Clip) -> Scores:
+    """Scores of a 3D estimate: all in the world; those of the pose alone in the camera's frame."""
+    places = seen.joints_m
+    if not set(BODY_JOINTS) <= set(canonical(seen.joint_names)):
+        return Scores()
+    if seen.joints_frame == "world":
+        return _both(joints.track(seen.times_s, seen.joint_names, places, "evidence"), on)
+    if seen.camera is None or seen.camera.world_to_camera is None or seen.camera.world_to_camera.ndim != 2:
+        return Scores()
+    turned = places @ seen.camera.world_to_camera[:3, :3]  # Rᵀ x, row vectors
+    scores = joints.accuracy(joints.track(seen.times_s, seen.joint_names, turned, "evidence"), on)
+    return Scores({name: series for name, series in scores.series.items() if name in OF_POSE})
+
+
+def _table(first: str, found: dict[str, Scores], on: Clip, seed: int | None) -> Table:
+    """Values and, with a seed, their intervals; `first` says what share of the reference is covered."""
     values = {name: scores.values for name, scores in found.items()}
-    values[RESULT] = {"covered": len(times) / len(target.times_s)} | values[RESULT]
+    values[first] = {"covered": len(on.times_s) / len(on.truth.times_s)} | values[first]
     if seed is None:
         return Table(values)
     limits = {
-        name: statistics.intervals(scores.series, float(np.ptp(times)), seed=seed)
+        name: statistics.intervals(scores.series, float(np.ptp(on.times_s)), seed=seed)
         for name, scores in found.items()
     }
     known = {

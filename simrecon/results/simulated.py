@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -103,32 +104,38 @@ def read(folder: Path | str) -> Simulated:
     return Simulated(motion, scene, model, report, body, kinematic)
 
 
-def geometry(of: Simulated, shape: Configurations) -> Scores:
-    """Footskate, float and penetration of the primitives, over the simulated frames.
+def geometry(
+    shape: Configurations, names: Sequence[str], times_s: Array, kept: contact.Flags | None = None
+) -> Scores:
+    """Footskate, float and penetration of the primitives.
 
     Args:
-        of: the result.
-        shape: its body, or its kinematic fit.
+        shape: of the configurations of a body.
+        names: of its points.
+        times_s: (T,) of the frames.
+        kept: (T,) frames that count, or None for all.
     """
-    kept = of.motion.status == SIMULATED  # (T,)
-    if kept.sum() < 2:
+    rows = np.ones(len(shape.feet_m), bool) if kept is None else np.asarray(kept)  # (T,)
+    if rows.sum() < 2:
         return Scores()
-    depth = np.maximum(0.0, -shape.floor_m[kept].min(-1))
-    deep = (shape.scene_m[kept] < -contact.PENETRATION_TOLERANCE_M).any(-1)
+    depth = np.maximum(0.0, -shape.floor_m[rows].min(-1))
+    deep = (shape.scene_m[rows] < -contact.PENETRATION_TOLERANCE_M).any(-1)
     series = {
         "penetration_mean_mm": of_frames(depth, scale=1e3),
         "penetration_pct": of_frames(deep.astype(np.float64), scale=100.0),
     }
-    return Scores(series | _feet(of, shape), {"penetration_max_mm": 1e3 * float(depth.max())})
+    feet = _feet(shape, names, times_s, rows)
+    return Scores(series | feet, {"penetration_max_mm": 1e3 * float(depth.max())})
 
 
-def _feet(of: Simulated, shape: Configurations) -> dict[str, Series]:
+def _feet(
+    shape: Configurations, names: Sequence[str], times_s: Array, kept: contact.Flags
+) -> dict[str, Series]:
     """Footskate and float (Gärtner 2022) at 25 frames a second."""
-    kept = of.motion.status == SIMULATED
-    ankles = [of.motion.joint_names.index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
+    ankles = [list(names).index(f"{foot.split('_')[0]}_ankle") for foot in bodies.FEET]
     found = (shape.points_m[:, ankles], shape.corners_m, shape.feet_m, shape.soles_m, shape.scene_m)
     joints, corners, feet, soles, parts = (
-        resampled(of.motion.times_s[kept], values[kept], H36M_HZ) for values in found
+        resampled(times_s[kept], values[kept], H36M_HZ) for values in found
     )
     flags = {
         "footskate_gartner_pct": contact.footskate_steps(joints, feet),

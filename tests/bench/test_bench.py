@@ -287,3 +287,30 @@ def test_what_a_variant_changes() -> None:
     page = tables.page(given, content)
     assert "| less | +5.0 % (1 of 2) | nothing |" in page
     assert "| none | +15.0 % (2 of 2) | error |" in page
+
+
+def test_the_kinematic_half_alone(data: Path, tmp_path: Path) -> None:
+    chosen = replace(suite.read(data / "tiny.toml"), half="kinematics", seeds=(0,))
+    alone = replace(chosen.variant[0], name="S", plan={"kinematics.poses": False, "kinematics.ground": False})
+    chosen = replace(chosen, variant=(chosen.variant[0], alone))
+    first = runner.run(chosen, data, tmp_path, threads=1)["runs"]
+    assert [row["status"] for row in first] == ["done", "done"]
+    for row in first:
+        assert {"kinematic", "input", "reference", "other"} == set(row["scores"])
+        assert row["scores"]["kinematic"]["mpjpe_g_mm"] < 150
+        assert row["run"]["fit_cpu_s"] > 0
+    again = runner.run(chosen, data, tmp_path, threads=1)["runs"]
+    assert [(row["status"], row["scores"]) for row in again] == [("kept", row["scores"]) for row in first]
+
+
+def test_an_unknown_half_is_refused(data: Path) -> None:
+    text = SUITE.replace("seeds = [0, 1]", 'seeds = [0]\nhalf = "upper"')
+    (data / "bad.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="half: found 'upper'; valid: both, kinematics"):
+        suite.read(data / "bad.toml")
+
+
+def test_the_ablation_of_the_paper_ships() -> None:
+    found = suite.read("kinematics")
+    assert {"S", "SO", "SO+G", "SO+T", "SO+GT"} <= {variant.name for variant in found.variant}
+    assert found.half == "kinematics"

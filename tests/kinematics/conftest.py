@@ -131,6 +131,11 @@ def make() -> Makers:
 @pytest.fixture(scope="session")
 def weights() -> Kinematics:
     return Kinematics(
+        shape=True,
+        poses=True,
+        ground=True,
+        temporal=True,
+        seed_frames=0,
         keypoint=1.0,
         keypoint_scale_px=6.0,
         joint=0.3,

@@ -179,3 +179,30 @@ def test_points_named_twice_are_averaged_and_ignored_names_are(make, walk, camer
     np.testing.assert_allclose(fit.qpos, kinematics.fit(evidence, Scene(), few).qpos, atol=1e-9)
     assert np.isnan(fit.reprojection_px[:, -1]).all()
     np.testing.assert_array_equal(fit.reprojection_px[:, -2], fit.reprojection_px[:, toe])
+
+
+def test_letters_of_the_ablation(make, walk, camera, weights) -> None:
+    """Without T frames are on their own, without O nothing is searched, without S proportions are average."""
+    evidence = replace(make.seen(walk, camera, noise_px=4.0, noise_m=0.03), height_m=1.75)
+    few = replace(weights, evaluations=150)
+    full = kinematics.fit(evidence, Scene(), few)
+    alone = kinematics.fit(evidence, Scene(), replace(few, temporal=False))
+    start = kinematics.fit(evidence, Scene(), replace(few, poses=False))
+    jerk = [np.abs(np.diff(points(fit), 3, axis=0)).mean() for fit in (full, alone)]
+    assert jerk[0] < 0.5 * jerk[1]
+    assert start.iterations == 0
+    assert distance_m(full, walk) < distance_m(start, walk)
+    assert kinematics.fit(evidence, Scene(), replace(few, ground=False)).loss["contact"] == 0.0
+
+
+def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera, noise_px=1.0), height_m=1.75)
+    towards = rotations.matrix(rotations.exp(0.12 * cameras.extrinsics(camera)[0, :3]))
+    root = walk.root_m[:, None]
+    leaning = replace(evidence, joints_m=(evidence.joints_m - root) @ towards.T + root)
+    fit = kinematics.fit(leaning, Scene(), weights)
+    names = walk.skeleton.point_names
+    trunk = points(fit)[:, names.index("nose")] - points(fit)[:, names.index("left_ankle")]
+    true = walk.at("nose")[:, 0] - walk.at("left_ankle")[:, 0]
+    across = cameras.extrinsics(camera)[2, :3]
+    assert np.abs((trunk - true) @ across).mean() < 0.5 * 0.12 * 1.5

@@ -8,16 +8,21 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from simrecon import body as bodies
 from simrecon import camera as cameras
 from simrecon import prior, rotations
 from simrecon.body import primitives
-from simrecon.kinematics.conditioning import condition
-from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points
+from simrecon.kinematics.conditioning import Conditioning, by_frame, condition
+from simrecon.kinematics.curvature import curvature
+from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points, leans
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Ground, Scene, SceneItem
 
 T = 4
-SCALES = ("keypoint_scale_px", "joint_scale_m", "place_scale_m", "prior_model", "evaluations")
+LENGTHS = len(bodies.length_names())
+LEANS = leans(T, 1 / 30).shape[1]
+SWITCHES = ("shape", "poses", "ground", "temporal", "seed_frames")
+SCALES = (*SWITCHES, "keypoint_scale_px", "joint_scale_m", "place_scale_m", "prior_model", "evaluations")
 WEIGHTS = tuple(field.name for field in fields(Kinematics) if field.name not in SCALES)
 BOX = SceneItem("step", "box", (0.25, 0.1, 0.0), {"size_m": (0.4, 0.8, 0.12)}, yaw_rad=0.3)
 
@@ -63,7 +68,12 @@ def point(make) -> Array:
     rotvecs = walk.rotvecs + rng.normal(scale=0.2, size=walk.rotvecs.shape)
     rotvecs[walk.skeleton.names.index("left_elbow"), :, 2] += 2.0
     root = walk.root_m + np.array([0.0, 0.0, -0.03]) + rng.normal(scale=0.02, size=walk.root_m.shape)
-    return Variables(root, rotvecs, 0.07, 0.012).pack()
+    lengths, lean = rng.normal(scale=0.03, size=LENGTHS), rng.normal(scale=0.1, size=(LEANS, 3))
+    return Variables(root, rotvecs, 0.07, 0.012, lengths, lean).pack()
+
+
+def conditioned(objective: Objective, point: Array) -> Conditioning:
+    return condition(curvature(objective, Variables.unpack(point, T, LENGTHS)))
 
 
 def error(function: Callable[[Array], tuple[float, Array]], x: Array) -> float:
@@ -93,13 +103,17 @@ def test_the_gradient_of_each_term_is_too(objective: Objective, point: Array, na
     alone = only(objective, name)
     alone(point)
     assert alone.terms[name] > 1e-6
-    shared = alone.terms.pop("shared")
+    shared = sum(alone.terms.pop(key) for key in ("shared", "lengths", "lean"))
     assert {key for key, value in alone.terms.items() if value} == {name}
     assert alone(point)[0] == pytest.approx(alone.terms[name] + shared)
     assert error(alone, point) < 1e-6
 
 
-@pytest.mark.parametrize("index", [0, 40, -2, -1], ids=["root", "rotation", "scale", "sole"])
+@pytest.mark.parametrize(
+    "index",
+    [0, 40, 54 * T, 54 * T + 1, 54 * T + 2, -1],
+    ids=["root", "rotation", "scale", "sole", "length", "lean"],
+)
 def test_the_check_catches_a_wrong_gradient(objective: Objective, point: Array, index: int) -> None:
     def wrong(x: Array) -> tuple[float, Array]:
         loss, gradient = objective(x)
@@ -133,10 +147,13 @@ def test_a_missing_part_of_the_evidence_is_no_term(objective: Objective, point: 
 
 
 def test_variables_survive_packing(rng: np.random.Generator) -> None:
-    variables = Variables(rng.normal(size=(T, 3)), rng.normal(size=(17, T, 3)), 0.1, -0.02)
-    again = Variables.unpack(variables.pack(), T)
+    places, turns = rng.normal(size=(T, 3)), rng.normal(size=(17, T, 3))
+    variables = Variables(places, turns, 0.1, -0.02, rng.normal(size=LENGTHS), rng.normal(size=(LEANS, 3)))
+    again = Variables.unpack(variables.pack(), T, LENGTHS)
     np.testing.assert_array_equal(again.root_m, variables.root_m)
     np.testing.assert_array_equal(again.rotvecs, variables.rotvecs)
+    np.testing.assert_array_equal(again.lengths, variables.lengths)
+    np.testing.assert_array_equal(again.lean, variables.lean)
     assert (again.log_scale, again.sole_m) == (0.1, -0.02)
 
 
@@ -154,9 +171,29 @@ def test_contact_points_are_those_of_the_primitives(objective: Objective) -> Non
         np.testing.assert_array_equal(touch.drop[rows], np.tile([0.0, 0.0, -1.0], (4, 1)))
 
 
+def test_the_curvature_is_that_of_the_quadratic_terms(objective: Objective, point: Array) -> None:
+    """Along random directions of places and of the lean, in which the loss is a sum of squares."""
+    quadratic = {"smooth_com", "smooth_position", "smooth_rotation", "prior"}
+    weights = replace(objective.weights, **{key: float(key in quadratic) for key in WEIGHTS})
+    see = replace(objective.observations, joint_weights=np.zeros_like(objective.observations.joint_weights))
+    smooth = Objective(objective.skeleton, objective.contacts, objective.scene, objective.base, see, weights)
+    found = curvature(smooth, Variables.unpack(point, T, LENGTHS))
+    rng = np.random.default_rng(12)
+    for rows in (slice(0, 3 * T), slice(54 * T + 2 + LENGTHS, None)):
+        step = np.zeros_like(point)
+        step[rows] = rng.normal(size=len(point[rows]))
+        slope = (smooth(point + 1e-5 * step)[1] - smooth(point - 1e-5 * step)[1]) @ step / 2e-5
+        own, shared = by_frame(step, 54 * T)
+        own = own.reshape(T, 54)
+        bent = 2 * np.einsum("ti,tij,j->", own, found.border, shared) + shared @ found.corner @ shared
+        for k, block in enumerate(found.blocks):
+            bent += (2 if k else 1) * np.einsum("ti,tij,tj->", own[k:], block, own[: T - k])
+        assert bent == pytest.approx(slope, rel=0.02)
+
+
 def test_conditioning_is_an_invertible_change_of_variables(objective: Objective, point: Array) -> None:
     rng = np.random.default_rng(9)
-    better = condition(objective, 4.0)
+    better = conditioned(objective, point)
     np.testing.assert_allclose(better.to_variables(better.from_variables(point)), point, atol=1e-10)
     u, g = rng.normal(size=(2, len(point)))
     np.testing.assert_allclose(better.from_variables(better.to_variables(u)), u, atol=1e-8)
@@ -168,7 +205,7 @@ def test_conditioning_is_an_invertible_change_of_variables(objective: Objective,
 
 
 def test_conditioning_keeps_the_gradient_right(objective: Objective, point: Array) -> None:
-    better = condition(objective, 4.0)
+    better = conditioned(objective, point)
 
     def scaled(u: Array) -> tuple[float, Array]:
         loss, gradient = objective(better.to_variables(u))
@@ -184,7 +221,7 @@ def test_conditioning_keeps_the_gradient_right(objective: Objective, point: Arra
 
 def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array) -> None:
     """By a random direction in each kind of variable: without it they differ by many orders of magnitude."""
-    better, rng = condition(objective, 4.0), np.random.default_rng(11)
+    better, rng = conditioned(objective, point), np.random.default_rng(11)
 
     def curvature(function: Callable[[Array], float], x: Array, rows: slice, size: float) -> float:
         step = np.zeros_like(x)
@@ -192,7 +229,7 @@ def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array)
         step *= size / np.linalg.norm(step)
         return abs(function(x + step) + function(x - step) - 2 * function(x)) / size**2
 
-    kinds = (slice(0, 3 * T), slice(3 * T, -2), slice(-2, -1), slice(-1, None))
+    kinds = (slice(0, 3 * T), slice(3 * T, 54 * T), slice(54 * T, 54 * T + 1), slice(54 * T + 1, 54 * T + 2))
     u = better.from_variables(point)
     raw = [curvature(lambda x: objective(x)[0], point, rows, 1e-4) for rows in kinds]
     new = [curvature(lambda x: objective(better.to_variables(x))[0], u, rows, 1e-2) for rows in kinds]

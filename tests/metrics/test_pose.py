@@ -98,3 +98,16 @@ def test_jitter_of_a_cubic() -> None:
     assert smoothness.jitter(path[:10] * 0 + times[:10, None, None] ** 2, 1 / FPS) == pytest.approx(
         0, abs=1e-6
     )
+
+
+def test_first_frame_aligned_takes_out_heading_and_place_but_no_drift() -> None:
+    rng = np.random.default_rng(5)
+    truth = rng.normal(size=(4, 12, 3))
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    moved = truth @ turn.T + [1.0, 2.0, 3.0]
+    np.testing.assert_allclose(pose.first_frame_aligned(moved, truth), truth, atol=1e-12)
+    moved[3] += 0.1 * turn[:, 0]  # (1, 0, 0) in the truth's axes
+    off = pose.first_frame_aligned(moved, truth) - truth
+    np.testing.assert_allclose(off[3], np.tile([0.1, 0.0, 0.0], (12, 1)), atol=1e-12)
+    moved[0, 0] = np.nan
+    assert np.isnan(pose.first_frame_aligned(moved, truth)).all()

@@ -1,0 +1,118 @@
+"""The ground plane under a clip's bodies, Gärtner 2022, section 3.4, eqs. 6 and 7.
+
+    L(T) = L_k(left foot) + L_k(right foot) + 2 L_k(whole body),   L_k(M) = Σ_t ‖min(δ, d_k(M_t))‖₂
+
+with d_k the k smallest signed distances of a frame's points to the plane. Where nothing is within δ of it, as
+in a jump, a frame says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from simrecon import lbfgs, rotations
+from simrecon.body import surface
+from simrecon.kinematics import forward
+from simrecon.types import Array, Primitive, Skeleton
+
+NEAREST, CLIP_M = 20, 0.2
+"""k and δ (Gärtner 2022, section 3.4)."""
+SIGMA_TILT_RAD = 0.15
+"""Cameras are held about level: weighs as much as a frame at one deviation, so that it decides ties only."""
+UNIT_RAD, UNIT_M = 0.05, 0.05
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def loss(bodies_m: Sequence[tuple[float, Array]], plane: Array) -> tuple[float, Array]:
+    """Eq. 7 and its gradient.
+
+    Args:
+        bodies_m: weight and points (T, P, 3) of the feet and of the whole body.
+        plane: (3,) rotation about x and y (rad) that brings the plane's normal to z, and its height then (m).
+
+    Returns:
+        The loss, m, and its gradient (3,).
+    """
+    rotvec = np.array([plane[0], plane[1], 0.0])
+    turn, jacobian = rotations.matrix(rotations.exp(rotvec)), rotations.left_jacobian(rotvec)
+    total, gradient = 0.0, np.zeros(3)
+    for weight, points in bodies_m:
+        moved = points @ turn.T  # (T, P, 3)
+        height = moved[..., 2] - plane[2]
+        count = min(NEAREST, height.shape[1])
+        rows = np.argpartition(height, count - 1, axis=1)[:, :count]
+        near = np.minimum(np.take_along_axis(height, rows, axis=1), CLIP_M)  # (T, k)
+        norm = np.linalg.norm(near, axis=1)  # (T,)
+        slope = np.where(near < CLIP_M, near / np.maximum(norm, 1e-9)[:, None], 0.0)
+        places = np.take_along_axis(moved, rows[..., None], axis=1)  # (T, k, 3)
+        # turned further by ω a point's height grows by (ω × p)_z
+        about = np.stack((places[..., 1], -places[..., 0], np.zeros_like(slope)), axis=-1)
+        total += weight * float(norm.sum())
+        turning = weight * np.sum(slope[..., None] * about, axis=(0, 1)) @ jacobian
+        gradient += [turning[0], turning[1], -weight * float(slope.sum())]
+    tilt = plane[:2] / SIGMA_TILT_RAD
+    unit = CLIP_M * np.sqrt(NEAREST)
+    return total + unit * float(tilt @ tilt), gradient + unit * 2 * np.append(tilt, 0.0) / SIGMA_TILT_RAD
+
+
+def transform(left_m: Array, right_m: Array, body_m: Array, *, tilt: bool) -> Array:
+    """The rigid transform (4, 4) that brings the ground plane to z = 0.
+
+    The search begins at several heights and takes the best end.
+
+    Args:
+        left_m: (T, P, 3) points of the left foot.
+        right_m: of the right one.
+        body_m: of the whole body.
+        tilt: whether the slope is unknown too.
+    """
+    parts = ((1.0, left_m), (1.0, right_m), (2.0, body_m))
+    unit = np.array([UNIT_RAD, UNIT_RAD, UNIT_M])
+    free = np.array([1.0, 1.0, 1.0] if tilt else [0.0, 0.0, 1.0])
+    centre = body_m.reshape(-1, 3).mean(axis=0) * [1.0, 1.0, 0.0]
+    around = tuple((weight, points - centre) for weight, points in parts)  # a turn then leaves the height
+
+    def scaled(x: Array) -> tuple[float, Array]:
+        value, gradient = loss(around, x * unit * free)
+        return value, gradient * unit * free
+
+    lowest = body_m[..., 2].min(axis=1)
+    starts = [np.array([0.0, 0.0, h]) / unit for h in np.quantile(lowest, (0.02, 0.1, 0.3, 0.5))]
+    found = min(
+        (lbfgs.minimize(scaled, start, max_evaluations=100, ftol_rel=1e-7) for start in starts),
+        key=lambda end: end.loss,
+    )
+    plane = found.x * unit * free
+    made = np.eye(4)
+    made[:3, :3] = rotations.matrix(rotations.exp(np.array([plane[0], plane[1], 0.0])))
+    made[:3, 3] = centre - made[:3, :3] @ centre - plane[2] * UP
+    return made
+
+
+def skin(
+    skeleton: Skeleton, primitives: Sequence[Primitive], pose: forward.Pose, scale: float, sole_m: float
+) -> tuple[Array, Array, Array]:
+    """Points on the surface of the posed primitives: left foot, right foot, whole body; (T, P, 3) each.
+
+    Args:
+        skeleton: unscaled.
+        primitives: of the unscaled body, soles at their usual height.
+        pose: of its segments, scaled.
+        scale: factor on all lengths.
+        sole_m: how far the feet are lower than that.
+    """
+    parts = []
+    for part in primitives:
+        values = np.zeros(9)
+        values[: part.points_m.size] = part.points_m.ravel()
+        values[6 : 6 + len(part.size_m)] = part.size_m
+        points = scale * surface.samples(part.kind, values)[0]
+        if part.name.endswith("_foot"):
+            points = points - sole_m * UP
+        segments = np.full(len(points), skeleton.names.index(part.segment))
+        parts.append(np.swapaxes(forward.points(pose, segments, points), 0, 1))
+    names = [part.name for part in primitives]
+    left, right = (parts[names.index(f"{side}_foot")] for side in ("left", "right"))
+    return left, right, np.concatenate(parts, axis=1)

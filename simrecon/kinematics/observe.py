@@ -1,0 +1,129 @@
+"""From evidence to what the objective holds the pose against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from simrecon import body as bodies
+from simrecon import camera as cameras
+from simrecon import prior
+from simrecon.body import names
+from simrecon.errors import InputError
+from simrecon.kinematics import world
+from simrecon.kinematics.objective import Observations
+from simrecon.plan import Kinematics
+from simrecon.types import Array, Camera, Evidence, Skeleton
+
+# How far the scale of the skeleton may be off, as a natural logarithm: stature given, metric 3D estimate,
+# neither.
+SCALE_SIGMA = {"height": 0.01, "world": 0.05, "other": 0.15}
+MIN_SCORE = 0.1
+# A foot stands if heel and toe move less than this, seen from an assumed distance and smoothed against noise.
+STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """The evidence by point of the body: (M, T, …), weights zero where nothing is known."""
+
+    pixels: Array
+    scores: Array
+    joints_m: Array
+    known: Array
+
+
+def by_point(evidence: Evidence, skeleton: Skeleton) -> Points:
+    """Average what the evidence says of each point of the body (some networks name a point twice)."""
+    count, frames = len(skeleton.point_names), len(evidence.times_s)
+    pixels, scores = np.zeros((count, frames, 2)), np.zeros((count, frames))
+    for column, point in enumerate(names.resolve(evidence.keypoint_names)):
+        if point != names.IGNORED:
+            seen = np.isfinite(evidence.keypoints_px[:, column]).all(axis=-1)
+            score = np.where(
+                seen & (evidence.scores[:, column] >= MIN_SCORE), evidence.scores[:, column], 0.0
+            )
+            pixels[point] += score[:, None] * np.nan_to_num(evidence.keypoints_px[:, column])
+            scores[point] += score
+    joints, known = np.zeros((count, frames, 3)), np.zeros((count, frames))
+    for column, point in enumerate(names.resolve(evidence.joint_names)):
+        if point != names.IGNORED:
+            seen = np.all(np.isfinite(evidence.joints_m[:, column]), axis=-1)
+            joints[point] += np.where(seen[:, None], np.nan_to_num(evidence.joints_m[:, column]), 0.0)
+            known[point] += seen
+    pixels = np.where(scores[..., None] > 0, pixels / np.maximum(scores, 1e-12)[..., None], np.nan)
+    joints = joints / np.maximum(known, 1.0)[..., None]
+    if not scores.any() and not known.any():
+        raise InputError("the evidence names no point of the body that is ever seen")
+    return Points(pixels, np.minimum(scores, 1.0), joints, np.minimum(known, 1.0))
+
+
+def observe(
+    evidence: Evidence, skeleton: Skeleton, points: Points, camera: Camera | None, plan: Kinematics
+) -> Observations:
+    """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
+    in_world = points.joints_m
+    if evidence.joints_frame != "world":
+        transform = world.LEVEL if camera is None else cameras.extrinsics(camera)
+        in_world = (in_world - transform[:3, 3]) @ transform[:3, :3]  # (M, T, 3) Rᵀ (x - t), row vectors
+    hips = [skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]
+    has_hips = np.all(points.known[hips] > 0, axis=0).astype(np.float64)  # (T,)
+    root_weights = np.zeros(len(skeleton.point_names))
+    root_weights[hips] = 0.5
+    root = np.tensordot(root_weights, in_world, axes=1)  # (T, 3)
+    measured, ours = bodies.measure(evidence), bodies.measure_template(skeleton)
+    ratios = [ours[key] / measured[key] for key in measured if key in ours]
+    use_image = bool(evidence.keypoint_names) and camera is not None
+    gaussian = prior.gaussian(skeleton)
+    focal = cameras.focal_px(camera) if camera is not None else 1.0
+    rays = np.zeros_like(points.pixels)
+    if use_image and camera is not None:
+        rays = np.nan_to_num(cameras.undistort(camera, points.pixels))
+    known_scale = "height" if evidence.height_m else "world" if evidence.joints_frame == "world" else "other"
+    return Observations(
+        interval_s=float(evidence.times_s[1] - evidence.times_s[0]),
+        rays=rays,
+        ray_weights=points.scores if use_image else np.zeros_like(points.scores),
+        ray_sigma=plan.keypoint_scale_px / focal,
+        world_to_camera=cameras.extrinsics(camera) if use_image and camera is not None else None,
+        joints_m=(in_world - root) * (float(np.median(ratios)) if ratios else 1.0),
+        joint_weights=points.known * has_hips,
+        place_m=root,
+        place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
+        root_weights=root_weights,
+        standing=_standing(skeleton, rays, points, in_world, evidence, camera),
+        scale_sigma=SCALE_SIGMA[known_scale],
+        neutral=gaussian.mean_rad,
+        spread=gaussian.spread_rad,
+        prior=prior.make(plan.prior_model, skeleton),
+    )
+
+
+def _standing(
+    skeleton: Skeleton,
+    rays: Array,
+    points: Points,
+    joints_m: Array,
+    evidence: Evidence,
+    camera: Camera | None,
+) -> Array:
+    """How surely each foot stands still (2, T): by the speed of heel and toe in the image, else in 3D."""
+    interval = float(evidence.times_s[1] - evidence.times_s[0])
+    smooth = STILL_SMOOTH_S / interval
+    found = []
+    for side in ("left", "right"):
+        rows = [skeleton.point_names.index(f"{side}_{end}") for end in ("heel", "toe")]
+        in_image = camera is not None and points.scores[rows].any()
+        places = rays[rows] * DISTANCE_M if in_image else joints_m[rows]
+        known = points.scores[rows] if in_image else points.known[rows]
+        if not known.any():
+            found.append(np.zeros(places.shape[1]))
+            continue
+        weight = np.maximum(known, 1e-6)[..., None]
+        total = gaussian_filter1d(weight, smooth, axis=1)
+        smoothed = gaussian_filter1d(places * weight, smooth, axis=1) / total
+        speed = np.linalg.norm(np.gradient(smoothed, interval, axis=1), axis=-1).max(axis=0)  # (T,)
+        found.append(np.exp(-((speed / STILL_MPS) ** 2)))
+    return np.stack(found)

@@ -1,0 +1,68 @@
+"""The search of the kinematic fit: L-BFGS in variables of like weight, chosen anew as curvature changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from simrecon import lbfgs
+from simrecon.kinematics.conditioning import Conditioning, condition
+from simrecon.kinematics.curvature import Curvature
+from simrecon.kinematics.objective import Variables
+from simrecon.types import Array
+
+# The curvature is taken anew after so many evaluations.
+ROUND, FTOL_REL = 25, 1e-5
+
+
+def minimise(
+    objective: Callable[[Array], tuple[float, Array]],
+    curvature: Callable[[Variables], Curvature],
+    start: Variables,
+    evaluations: int,
+    *,
+    settled: float = 2e-3,
+    shared: bool = True,
+) -> tuple[Variables, int]:
+    """Minimise an objective of the packed variables.
+
+    Args:
+        objective: loss and gradient (n,) at packed variables (n,).
+        curvature: of the objective at variables.
+        start: where to begin; without evaluations it is the end, too.
+        evaluations: most of them.
+        settled: the search ends when a round lowers the loss by less than this share.
+        shared: whether what all frames share (scale, sole, lengths, lean) may move.
+
+    Returns:
+        The best variables, and the evaluations that were used.
+    """
+    found, used, loss = start, 0, np.inf
+    while used < evaluations:
+        better = condition(curvature(found))
+
+        def scaled(u: Array, better: Conditioning = better, unit: float = 1.0) -> tuple[float, Array]:
+            value, slope = objective(better.to_variables(unit * u))
+            gradient = unit * better.gradient(slope)
+            if not shared:
+                gradient[len(better.border) :] = 0.0
+            return value, gradient
+
+        # the search's first step is one long: the unit is that of Newton's step
+        began = better.from_variables(found.pack())
+        unit = float(np.linalg.norm(scaled(began)[1])) or 1.0
+
+        step = lbfgs.minimize(
+            partial(scaled, unit=unit),
+            began / unit,
+            max_evaluations=min(ROUND, evaluations - used),
+            ftol_rel=FTOL_REL,
+        )
+        found = Variables.unpack(better.to_variables(unit * step.x), len(start.root_m), len(start.lengths))
+        used += step.evaluations
+        if loss - step.loss < settled * step.loss:
+            break
+        loss = step.loss
+    return found, used
