@@ -172,6 +172,18 @@ def test_a_result_does_not_depend_on_its_neighbours(learned: prior.Flow) -> None
     np.testing.assert_allclose(learned.latent(q)[::7], learned.latent(q[::7]), atol=1e-4)
 
 
+def test_the_number_of_threads_changes_no_bit(learned: prior.Flow) -> None:
+    many = learned.sample(np.random.default_rng(5), 1500)
+    np.testing.assert_array_equal(learned.code(many, threads=3), learned.code(many))
+    q = rotations.exp(many)
+    np.testing.assert_array_equal(learned.latent(q, threads=2), learned.latent(q))
+
+
+def test_single_precision_differs_by_no_more_than_1e_5(learned: prior.Flow) -> None:
+    many = learned.sample(np.random.default_rng(6), 500).astype(np.float32)
+    np.testing.assert_allclose(learned.code(many), learned.code(many.astype(np.float64)), atol=1e-5)
+
+
 def test_poses_that_nobody_takes_are_unusual(learned: prior.Flow) -> None:
     """A relaxed stance, with a knee and with an elbow bent the wrong way by 20 degrees, and twisted necks."""
     skeleton = bodies.template()

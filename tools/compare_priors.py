@@ -69,15 +69,18 @@ def mixture(train: Poses, components: int):  # type: ignore[no-untyped-def]
 
 
 def timing() -> None:
-    """64 samples × 30 frames, latent codes of quaternions; processor time."""
+    """64 samples × 30 frames, latent codes of quaternions: processor time, and what was waited."""
     learned = prior.flow()
     q = rotations.exp(learned.sample(np.random.default_rng(0), 64 * 30)).reshape(64, 30, 16, 4)
-    spent = []
-    for _ in range(50):
-        begin = time.process_time()
-        learned.latent(q)
-        spent.append(time.process_time() - begin)
-    print(f"64 x 30 poses: {1e3 * min(spent):.2f} ms at best, {1e3 * np.median(spent):.2f} ms at the median")
+    for threads in (1, 2):
+        spent = []
+        for _ in range(200):
+            begin = time.process_time(), time.perf_counter()
+            learned.latent(q, threads)
+            spent.append((time.process_time() - begin[0], time.perf_counter() - begin[1]))
+        best, middle = 1e3 * np.min(spent, axis=0), 1e3 * np.median(spent, axis=0)
+        print(f"64 x 30 poses, {threads} threads: {best[0]:.2f} ms of processor time at best, "
+              f"{middle[0]:.2f} at the median; {best[1]:.2f} ms waited at best")  # fmt: skip
 
 
 def samples(path: Path, count: int = 12) -> None:

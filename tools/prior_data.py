@@ -1,7 +1,8 @@
 """What the pose prior is trained and tested on: clips, activities, splits, mirror images.
 
 Held out are subject 03, every fifth recording of each other subject (a recording's two formats stay
-together), and all clips of DeepMimic: the synthetic benchmarks are made from those.
+together), and all clips of DeepMimic: the synthetic benchmarks are made from those. The fourth recording of
+each subject says when to stop.
 """
 
 from __future__ import annotations
@@ -86,8 +87,8 @@ def _part(name: str, names: list[str]) -> str:
     subject = name.split("_")[0]
     if subject == TEST_SUBJECT:
         return "test"
-    turn = [other for other in names if other.startswith(subject)].index(name) % 5
-    return {1: "test", 3: "validation"}.get(turn, "train")
+    turn = [other for other in names if other.startswith(subject)].index(name)
+    return "test" if turn % 5 == 1 else "validation" if turn == 3 else "train"
 
 
 def distinct(rotvecs: Array) -> Array:

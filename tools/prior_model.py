@@ -61,14 +61,14 @@ class Flow(nn.Module):
         self.mask[: halves[0]] = True
         self.mask[sizes[0] : sizes[0] + halves[1]] = True
         self.skew = nn.ParameterList(
-            nn.Parameter(0.3 * torch.randn(n, n, generator=made)) for _ in range(layers) for n in sizes
+            nn.Parameter(0.3 * torch.randn(layers, n, n, generator=made)) for n in sizes
         )
         self.conditioners = nn.ModuleList(Conditioner(halves, rest, hidden) for _ in range(layers))
 
     def rotations(self) -> list[Tensor]:
         """Orthogonal matrices (n, n) of the layers, block diagonal."""
-        turned = [torch.matrix_exp(skew - skew.T) for skew in self.skew]
-        return [torch.block_diag(*turned[i : i + 2]) for i in range(0, len(turned), 2)]
+        turned = [torch.matrix_exp(skew - skew.mT) for skew in self.skew]  # (K, S, S), (K, A, A)
+        return [torch.block_diag(*blocks) for blocks in zip(*turned, strict=True)]
 
     def distribution(self) -> zuko.distributions.NormalizingFlow:
         """The density of whitened coordinates."""

@@ -3,11 +3,13 @@
 The loss is the negative log likelihood of poses with noise, plus a term that ranks: poses with one joint
 turned at random, or a knee or an elbow bent the wrong way, shall have longer latent codes than poses as
 they were recorded (outlier exposure, Hendrycks et al. 2019). For the norm is what eq. 4 uses, and
-likelihood alone doesn't see to it: codes of poses far from the data may be short. Short codes, which no
-recorded pose may have, are kept to poses within the joints' ranges, so that to shorten a code never leads
-out of them. Poses of the lower and the upper body are exchanged in a share of samples.
+likelihood alone doesn't see to it: codes of poses far from the data may be short. A pair of poses costs a
+sigmoid of the difference of their norms, a smooth area under the ROC curve, and a share of softplus, which
+keeps rare poses from becoming outliers. Short codes, which no recorded pose may have, are kept to poses
+within the joints' ranges, so that to shorten a code never leads out of them. Legs, single limbs and heads
+of other poses take the place of a pose's own in a share of samples.
 
-usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 4 minutes on one core)
+usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 5 minutes on one core)
 
 MOCAP holds cmu_asf_amc_bvh.tar.xz, deepmimic, mass_bvh and mjpc_keyframes.
 """
@@ -33,6 +35,7 @@ from prior_model import LOG_SCALE, Flow
 from prior_score import report, turned, wrong_way
 from torch import Tensor
 from torch.nn.functional import softplus
+from zuko.distributions import NormalizingFlow as Density
 
 from simrecon import body as bodies
 from simrecon import prior
@@ -49,19 +52,24 @@ class Settings:
 
     seed: int = 0
     layers: int = 5
-    hidden: int = 96
-    steps: int = 1000
+    hidden: int = 128
+    steps: int = 4000
+    warm_up: int = 50
     batch: int = 320
     rate: float = 3e-3
     noise_rad: float = 0.08
-    exchange: float = 0.3
-    ranking: float = 400.0
+    exchange_legs: float = 0.3
+    exchange_limb: float = 0.25
+    wrong_way: float = 0.2
+    ordered: float = 1200.0
+    apart: float = 200.0
     softness: float = 0.3
     likelihood: float = 0.6
     spread: float = 10.0
     limits: float = 10.0
-    check_every: int = 50
-    patience: int = 12
+    limits_every: int = 4
+    check_every: int = 100
+    patience: int = 20
 
 
 def main() -> None:
@@ -86,9 +94,8 @@ def main() -> None:
     arrays = trainer.arrays()
     made = from_arrays(arrays)
     held_out = likelihoods(made, data)
-    print(
-        f"numpy against zuko: {trainer.difference(made, data['test'].rotvecs[:2000]):.1e} largest difference"
-    )
+    agreement = trainer.differences(made, data["test"].rotvecs[:2000])
+    print(f"numpy against zuko in double precision: {agreement}")
     scores = report(lambda v: np.linalg.norm(made.code(v), axis=-1), data)
     print(json.dumps(scores, indent=1))
     arrays["provenance"] = np.array(json.dumps({
@@ -96,10 +103,11 @@ def main() -> None:
         "sources": "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), "
                    "as ASF/AMC, BVH and MuJoCo MPC keyframes (Apache-2.0); "
                    "MASS (Apache-2.0). DeepMimic (MIT): test only.",
-        "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic",
+        "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic; "
+                    "for early stopping, the fourth recording of each subject",
         "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
         "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
-        "log_likelihood": held_out, "scores": scores,
+        "log_likelihood": held_out, "scores": scores, "largest_difference_from_zuko": agreement,
     }))  # fmt: skip
     write(options.output, arrays)
     print(
@@ -131,8 +139,7 @@ class Trainer:
         self.middle = torch.as_tensor(self.mean - limits.mean(axis=1), dtype=torch.float32)
         self.reach = torch.as_tensor((limits[:, 1] - limits[:, 0]) / 2, dtype=torch.float32)
         self.net = Flow(self.sizes, settings.layers, settings.hidden, settings.seed)
-        names = bodies.template().names[1:]
-        self.lower = [i for i, name in enumerate(names) if name.endswith(("_hip", "_knee", "_ankle"))]
+        self.legs, self.limbs = _parts()
         check = np.random.default_rng(settings.seed + 1)
         kept = validation.rotvecs[balanced(validation, 2000, check)]
         self.check = self._inputs(kept, check)
@@ -142,11 +149,15 @@ class Trainer:
         """Train until the ranking of the validation poses stops to improve; keep the best."""
         s, begin = self.settings, time.perf_counter()
         optimiser = torch.optim.Adam(self.net.parameters(), lr=s.rate)
-        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, s.steps)
+        schedule = torch.optim.lr_scheduler.LambdaLR(
+            optimiser, lambda i: min(1.0, (i + 1) / s.warm_up) * 0.5 * (1 + math.cos(math.pi * i / s.steps))
+        )
         best, state = np.inf, self.net.state_dict()
         for step in range(1, s.steps + 1):
-            loss, _, _ = self._loss(self._inputs(self._batch(), self.rng))
-            loss = loss + s.limits * self._beyond()
+            density = self.net.distribution()
+            loss, _, _ = self._loss(density, self._inputs(self._batch(), self.rng))
+            if step % s.limits_every == 0:
+                loss = loss + s.limits_every * s.limits * self._beyond(density)
             optimiser.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -154,7 +165,7 @@ class Trainer:
             schedule.step()
             if step % s.check_every == 0:
                 with torch.no_grad():
-                    _, nll, wrong = self._loss(self.check)
+                    _, nll, wrong = self._loss(self.net.distribution(), self.check)
                 if wrong.item() < best:
                     best, self.kept_step = wrong.item(), step
                     state = {name: tensor.clone() for name, tensor in self.net.state_dict().items()}
@@ -166,22 +177,25 @@ class Trainer:
         self.net.load_state_dict(state)
 
     def _batch(self) -> Array:
-        """Poses (N, 16, 3): by weight, some with the legs of another one, half of them mirrored."""
+        """Poses (N, 16, 3): by weight, some with legs, a limb or a head of others, half of them mirrored."""
         s, poses = self.settings, self.train
-        pick = self.rng.choice(len(poses.rotvecs), (2, s.batch), p=poses.weights)
+        pick = self.rng.choice(len(poses.rotvecs), (2 + len(self.limbs), s.batch), p=poses.weights)
         found = poses.rotvecs[pick[0]]
-        mixed = np.ix_(self.rng.random(s.batch) < s.exchange, self.lower)
-        found[mixed] = poses.rotvecs[pick[1]][mixed]
+        for others, part in zip(pick[1:], (self.legs, *self.limbs), strict=True):
+            share = s.exchange_legs if part is self.legs else s.exchange_limb
+            mixed = np.ix_(self.rng.random(s.batch) < share, part)
+            found[mixed] = poses.rotvecs[others][mixed]
         flipped = self.rng.random(s.batch) < 0.5
         found[flipped] = mirrored(found[flipped])
         return found
 
     def _inputs(self, poses: Array, rng: np.random.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """Noisy poses for the likelihood; poses, and spoilt ones, that are to be ranked."""
+        """Noisy poses for the likelihood, half as many; poses, and spoilt ones, that are to be ranked."""
         s = self.settings
-        noisy = poses + rng.normal(0, s.noise_rad, poses.shape)
+        half = poses[: len(poses) // 2]
+        noisy = half + rng.normal(0, s.noise_rad, half.shape)
         usual = poses + rng.normal(0, 0.5 * s.noise_rad, poses.shape)
-        bent = len(poses) // 4
+        bent = round(s.wrong_way * len(poses))
         spoilt = np.concatenate((
             wrong_way(usual[:bent], rng, np.radians(rng.uniform(12, 30)))[0],
             turned(usual[bent:], rng, np.radians(rng.uniform(20, 40)))[0],
@@ -191,23 +205,22 @@ class Trainer:
     def _coordinates(self, rotvecs: Array) -> Tensor:
         return torch.as_tensor((rotvecs.reshape(-1, 48) - self.mean) @ self.encode.T, dtype=torch.float32)
 
-    def _loss(self, inputs: tuple[Tensor, Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
-        """The whole loss, the negative log likelihood in it, the share of pairs ranked wrongly."""
-        s, density = self.settings, self.net.distribution()
+    def _loss(self, density: Density, inputs: tuple[Tensor, Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
+        """The loss without ranges, the negative log likelihood in it, the share of pairs ranked wrongly."""
+        s = self.settings
         z, volume = density.transform.call_and_ladj(torch.cat(inputs))
-        noisy, usual, spoilt = z.norm(dim=-1).chunk(3)
+        noisy, usual, spoilt = z.norm(dim=-1).split([len(part) for part in inputs])
         nll = (0.5 * noisy**2 - volume[: len(noisy)]).mean() + 24 * math.log(2 * math.pi)
-        above = usual[:, None] - spoilt[None]  # (N, N)
-        ranked = softplus(above / s.softness).mean()
+        above = (usual[:, None] - spoilt[None]) / s.softness  # (N, N)
+        ranked = s.ordered * torch.sigmoid(above).mean() + s.apart * softplus(above).mean()
         even = torch.log(usual).var()
-        wrong = (above > 0).float().mean()
-        return s.likelihood * nll + s.ranking * ranked + s.spread * even, nll, wrong
+        return s.likelihood * nll + ranked + s.spread * even, nll, (above > 0).float().mean()
 
-    def _beyond(self) -> Tensor:
+    def _beyond(self, density: Density) -> Tensor:
         """How far poses of codes of up to the usual length leave the joints' ranges: mean square, rad²."""
         s = self.settings
         z = self.rng.standard_normal((s.batch // 2, 48)) * self.rng.random((s.batch // 2, 1))
-        x = self.net.distribution().transform.inv(torch.as_tensor(z, dtype=torch.float32))
+        x = density.transform.inv(torch.as_tensor(z, dtype=torch.float32))
         poses = x @ self.decode.T + self.middle
         return torch.relu(torch.abs(poses) - self.reach).square().sum(dim=-1).mean()
 
@@ -241,14 +254,26 @@ class Trainer:
         mask = self.net.mask.numpy()
         return np.concatenate((np.flatnonzero(mask), np.flatnonzero(~mask)))
 
-    def difference(self, made: prior.Flow, rotvecs: Array) -> float:
-        """Largest difference of latent codes between numpy and the library, both in double precision."""
-        double = self.net.double()
+    def differences(self, made: prior.Flow, rotvecs: Array) -> dict[str, float]:
+        """Largest difference of numpy's latent codes, in each precision, from the library's in double."""
         x = torch.as_tensor((rotvecs.reshape(-1, 48) - self.mean) @ self.encode.T)
         with torch.no_grad():
-            z = double.distribution().transform(x).numpy()[:, self.order()]
+            z = self.net.double().distribution().transform(x).numpy()[:, self.order()]
         self.net.float()
-        return float(np.abs(made.code(rotvecs) - z).max())
+        return {
+            name: float(f"{np.abs(made.code(rotvecs.astype(name)) - z).max():.1e}")
+            for name in ("float64", "float32")
+        }
+
+
+def _parts() -> tuple[list[int], list[list[int]]]:
+    """Rows of both legs; of each leg, each arm, and neck and head."""
+    names = bodies.template().names[1:]
+    kinds = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
+    limbs = [
+        [names.index(f"{side}_{joint}") for joint in kind] for side in ("left", "right") for kind in kinds
+    ]
+    return limbs[0] + limbs[2], [*limbs, [names.index("neck"), names.index("head")]]
 
 
 def likelihoods(made: prior.Flow, data: dict[str, Poses]) -> dict[str, float]:

@@ -13,6 +13,8 @@ and its mirror image have the same ‖z‖.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -26,7 +28,7 @@ from simrecon.types import Array
 SCHEMA = "simrecon.flow/1"
 SIZE, HALF, SYMMETRIC = 48, 24, 11
 """Coordinates; those of a half; those of a half that stay in the mirror, which come first."""
-_ROWS = 256
+_ROWS = 320
 """Poses at a time: their hidden units stay in the cache, and no result depends on threads."""
 
 Weights = NDArray[np.floating]
@@ -54,7 +56,7 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class _Trace:
-    """What the gradient of one layer needs: y, pre-activations of h±, raw log scales, exp(α)."""
+    """What the gradient of one layer needs, (..., N): y, pre-activations of h±, raw log scales, exp(α)."""
 
     y: Weights
     plus: Weights
@@ -77,39 +79,31 @@ class Flow:
     layers: tuple[Layer, ...]
     bound: float
 
-    def latent(self, joints: Array) -> Array:
+    def latent(self, joints: Array, threads: int = 1) -> Array:
         """Latent codes (..., 48) of joint quaternions (..., 16, 4), eq. 4; single precision."""
-        q = joints.astype(np.float32)
-        sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))  # of half the angle
-        half = np.arctan2(sine, np.abs(q[..., 0]))
-        scale = np.copysign(2 * half, q[..., 0]) / np.maximum(sine, np.float32(1e-12))
-        rotvecs = np.where(sine > 1e-6, scale, np.float32(2))[..., None] * q[..., 1:]
-        return self.code(rotvecs)
+        z = self._by_blocks(_rotvecs, joints.reshape(-1, SIZE // 3, 4), threads)
+        return z.reshape(*joints.shape[:-2], SIZE)
 
-    def code(self, rotvecs: NDArray[np.floating]) -> Array:
+    def code(self, rotvecs: NDArray[np.floating], threads: int = 1) -> Array:
         """Latent codes (..., 48) of rotation vectors (..., 16, 3), in their precision."""
-        flat = rotvecs.reshape(-1, SIZE)
-        z = np.empty((len(flat), SIZE), flat.dtype)
-        for i in range(0, len(flat), _ROWS):
-            z[i : i + _ROWS] = self._run(flat[i : i + _ROWS])[0]
-        return z.reshape(*rotvecs.shape[:-2], SIZE).astype(np.float64)
+        z = self._by_blocks(lambda block: block, rotvecs.reshape(-1, SIZE), threads)
+        return z.reshape(*rotvecs.shape[:-2], SIZE)
 
     def squared(self, rotvecs: Array) -> tuple[Array, Array]:
         """‖z‖² (...) of rotation vectors (..., 16, 3) and its gradient, (..., 16, 3)."""
-        flat = rotvecs.reshape(-1, SIZE)
         trace: list[_Trace] = []
-        z, _ = self._run(flat, trace)
-        gradient = np.asarray(self._back(trace, 2 * z, np.zeros(len(z))), np.float64)
-        return np.asarray(np.sum(z**2, axis=-1), np.float64).reshape(rotvecs.shape[:-2]), gradient.reshape(
-            rotvecs.shape
-        )
+        z = self._run(rotvecs.reshape(-1, SIZE), trace)  # (48, N)
+        gradient = self._back(trace, 2 * z, 0.0)
+        value = np.asarray(np.sum(z**2, axis=0), np.float64)
+        return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
     def log_likelihood(self, rotvecs: Array) -> tuple[Array, Array]:
         """Log density (...) over rotation vectors (..., 16, 3), per rad⁴⁸, and its gradient, (..., 16, 3)."""
         trace: list[_Trace] = []
-        z, volume = self._run(rotvecs.reshape(-1, SIZE), trace)
-        value = np.asarray(volume - 0.5 * np.sum(z**2, axis=-1) - 0.5 * SIZE * np.log(2 * np.pi), np.float64)
-        gradient = np.asarray(self._back(trace, -z, np.ones(len(z))), np.float64)
+        z = self._run(rotvecs.reshape(-1, SIZE), trace)  # (48, N)
+        volume = self._volume + sum(self._log_scale(kept.raw).sum(axis=0) for kept in trace)  # (N,)
+        value = np.asarray(volume - 0.5 * np.sum(z**2, axis=0) - 0.5 * SIZE * np.log(2 * np.pi), np.float64)
+        gradient = self._back(trace, -z, 1.0)
         return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
     def sample(self, rng: np.random.Generator, count: int) -> Array:
@@ -118,13 +112,13 @@ class Flow:
 
     def pose(self, z: Array) -> Array:
         """Rotation vectors (..., 16, 3) of latent codes (..., 48): the inverse of `code`."""
-        x = z.reshape(-1, SIZE)
+        x: Weights = z.reshape(-1, SIZE).T  # (48, N)
         for layer, inverse in zip(reversed(self.layers), reversed(self._inverses), strict=True):
-            given = x[:, :HALF]
-            raw, shift, _, _ = self._network(layer, given)
-            y = np.concatenate((given, (x[:, HALF:] - shift) / np.exp(self._log_scale(raw))), axis=1)
-            x = y @ inverse.T
-        return (x + self.mean_rad).reshape(*z.shape[:-1], 16, 3)
+            even, odd, _, _ = self._network(layer, x[:HALF])
+            shift = np.concatenate((even[HALF:], odd))  # (24, N)
+            moved = (x[HALF:] - shift) / np.exp(self._log_scale(even[:HALF]))
+            x = inverse @ np.concatenate((x[:HALF], moved))
+        return (x.T + self.mean_rad).reshape(*z.shape[:-1], 16, 3)
 
     @cached_property
     def _inverses(self) -> tuple[Weights, ...]:
@@ -142,61 +136,89 @@ class Flow:
             for layer in self.layers
         )
 
-    def _run(self, flat: Weights, trace: list[_Trace] | None = None) -> tuple[Weights, Weights]:
-        """Codes (N, 48) and log determinants (N,) of poses (N, 48); appends each layer's trace."""
-        single = flat.dtype == np.float32
-        x = flat - self.mean_rad.astype(flat.dtype)
-        volume = np.full(len(flat), self._volume, flat.dtype)
-        for layer in self._single if single else self.layers:
-            y = x @ layer.linear.T  # (N, 48)
-            raw, shift, plus, minus = self._network(layer, y[:, :HALF])
-            log_scale = self._log_scale(raw)  # (N, 24)
-            scale = np.exp(log_scale)
-            volume += log_scale.sum(axis=1)
-            x = np.empty_like(y)
-            x[:, :HALF] = y[:, :HALF]
-            np.multiply(y[:, HALF:], scale, out=x[:, HALF:])
-            x[:, HALF:] += shift
+    def _by_blocks(
+        self, rotvecs: Callable[[NDArray[np.floating]], Weights], rows: NDArray[np.floating], threads: int
+    ) -> Array:
+        """Codes (N, 48) of N rows that `rotvecs` turns into (n, 48), block by block."""
+        z = np.empty((len(rows), SIZE))
+
+        def fill(first: int) -> None:
+            z[first : first + _ROWS] = self._run(rotvecs(rows[first : first + _ROWS])).T
+
+        if threads == 1:
+            for first in range(0, len(rows), _ROWS):
+                fill(first)
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(fill, range(0, len(rows), _ROWS)))
+        return z
+
+    def _run(self, flat: Weights, trace: list[_Trace] | None = None) -> Weights:
+        """Codes (48, N) of poses (N, 48); appends each layer's trace."""
+        x = flat.T - self.mean_rad.astype(flat.dtype)[:, None]
+        for layer in self._single if flat.dtype == np.float32 else self.layers:
+            y = layer.linear @ x  # (48, N)
+            even, odd, plus, minus = self._network(layer, y[:HALF])
+            scale = self._log_scale(even[:HALF])  # (24, N)
+            np.exp(scale, out=scale)
+            x[:HALF] = y[:HALF]
+            np.multiply(y[HALF:], scale, out=x[HALF:])
+            x[HALF : HALF + SYMMETRIC] += even[HALF:]
+            x[HALF + SYMMETRIC :] += odd
             if trace is not None:
-                trace.append(_Trace(y, plus, minus, raw, scale))
-        return x, volume
+                trace.append(_Trace(y, plus, minus, even[:HALF], scale))
+        return x
 
     def _network(self, layer: Layer, given: Weights) -> tuple[Weights, Weights, Weights, Weights]:
-        """Raw log scales (N, 24), shifts (N, 24) and pre-activations (N, H) twice from one half (N, 24)."""
-        stay = given[:, :SYMMETRIC] @ layer.stay.T  # (N, H)
-        stay += layer.bias
-        turn = given[:, SYMMETRIC:] @ layer.turn.T  # (N, H)
-        plus, minus = stay + turn, stay - turn
-        above, below = np.abs(plus, out=stay), np.abs(minus, out=turn)
+        """By y₁ (24, N): raw α and shift of s₂ (35, N), shift of a₂ (13, N), pre-activations (H, N) twice."""
+        stay = layer.stay @ given[:SYMMETRIC]  # (H, N)
+        stay += layer.bias[:, None]
+        turn = layer.turn @ given[SYMMETRIC:]  # (H, N)
+        plus = stay + turn
+        minus = np.subtract(stay, turn, out=stay)
+        above, below = np.abs(plus, out=turn), np.abs(minus)
         above += 1
         below += 1
         np.divide(plus, above, out=above)
         np.divide(minus, below, out=below)
-        even = (above + below) @ layer.even.T + layer.even_bias  # (N, 35)
+        even = layer.even @ (above + below)
+        even += layer.even_bias[:, None]
         above -= below
-        odd = above @ layer.odd.T  # (N, 13)
-        return even[:, :HALF], np.concatenate((even[:, HALF:], odd), axis=1), plus, minus
+        return even, layer.odd @ above, plus, minus
 
     def _log_scale(self, raw: Weights) -> Weights:
-        return raw / (1 + np.abs(raw) / self.bound)
+        scale = np.abs(raw)
+        scale *= 1 / self.bound
+        scale += 1
+        return np.divide(raw, scale, out=scale)
 
-    def _back(self, trace: list[_Trace], d_code: Weights, d_volume: Array) -> Weights:
-        """Gradient (N, 48) by the pose from those by the code (N, 48) and the log determinant (N,)."""
+    def _back(self, trace: list[_Trace], d_code: Weights, d_volume: float) -> Array:
+        """Gradient (N, 48) by the pose from those by the code (48, N) and the log determinant."""
         d = d_code
         for layer, kept in zip(reversed(self.layers), reversed(trace), strict=True):
-            d_moved = d[:, HALF:]
-            d_log_scale = d_moved * kept.y[:, HALF:] * kept.scale + d_volume[:, None]  # (N, 24)
+            d_moved = d[HALF:]
+            d_log_scale = d_moved * kept.y[HALF:] * kept.scale + d_volume  # (24, N)
             d_raw = d_log_scale / (1 + np.abs(kept.raw) / self.bound) ** 2
-            d_even = np.concatenate((d_raw, d_moved[:, :SYMMETRIC]), axis=1) @ layer.even  # (N, H)
-            d_odd = d_moved[:, SYMMETRIC:] @ layer.odd
+            d_even = layer.even.T @ np.concatenate((d_raw, d_moved[:SYMMETRIC]))  # (H, N)
+            d_odd = layer.odd.T @ d_moved[SYMMETRIC:]
             d_plus = (d_even + d_odd) / (1 + np.abs(kept.plus)) ** 2
             d_minus = (d_even - d_odd) / (1 + np.abs(kept.minus)) ** 2
             d_y = np.empty_like(d)
-            d_y[:, :SYMMETRIC] = d[:, :SYMMETRIC] + (d_plus + d_minus) @ layer.stay
-            d_y[:, SYMMETRIC:HALF] = d[:, SYMMETRIC:HALF] + (d_plus - d_minus) @ layer.turn
-            d_y[:, HALF:] = d_moved * kept.scale
-            d = d_y @ layer.linear
-        return d
+            d_y[:SYMMETRIC] = d[:SYMMETRIC] + layer.stay.T @ (d_plus + d_minus)
+            d_y[SYMMETRIC:HALF] = d[SYMMETRIC:HALF] + layer.turn.T @ (d_plus - d_minus)
+            d_y[HALF:] = d_moved * kept.scale
+            d = layer.linear.T @ d_y
+        return np.asarray(d.T, np.float64)
+
+
+def _rotvecs(joints: NDArray[np.floating]) -> Weights:
+    """Rotation vectors (N, 48) of quaternions (N, 16, 4) of either sign, single precision."""
+    q = joints.astype(np.float32)
+    sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))  # of half the angle
+    half = np.arctan2(sine, np.abs(q[..., 0]))
+    scale = np.copysign(2 * half, q[..., 0]) / np.maximum(sine, np.float32(1e-12))
+    factor = np.where(sine > 1e-6, scale, np.float32(2))
+    return (factor[..., None] * q[..., 1:]).reshape(-1, SIZE)
 
 
 @cache

@@ -109,6 +109,14 @@ def test_the_gradient_of_each_term_is_too(objective: Objective, point: Array, na
     assert error(alone, point) < 1e-6
 
 
+def test_the_gradient_by_the_learned_prior_is_too(objective: Objective, point: Array) -> None:
+    alone = only(objective, "prior")
+    see = replace(alone.observations, prior=prior.flow())
+    learned = Objective(alone.skeleton, alone.contacts, alone.scene, alone.base, see, alone.weights)
+    assert learned(point)[0] != pytest.approx(alone(point)[0])
+    assert error(learned, point) < 1e-6
+
+
 @pytest.mark.parametrize(
     "index",
     [0, 40, 54 * T, 54 * T + 1, 54 * T + 2, -1],
