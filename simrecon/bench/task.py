@@ -29,7 +29,7 @@ from simrecon.plan import Plan
 from simrecon.results import report, scores
 from simrecon.types import Evidence, Scene
 
-NOT_IN_KEY = ("bench/", "cli/", "metrics/", "studio/", "batch/", "results/scores.py", "results/simulated.py")
+NOT_IN_KEY = ("bench/", "cli/", "metrics/", "studio/", "batch/", "results/scores.py", "results/simulated.py", "results/things.py", "results/picture.py")
 """Parts of the package that no motion depends on."""
 RESULT, RECORD = "result", "run.json"
 

@@ -5,12 +5,12 @@ Every motion of a clip is taken at the same times and gets the same capsules, so
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from simrecon.metrics import bodies, contact, dynamics, pose
+from simrecon.metrics import bodies, contact, dynamics, pose, touch
 from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import Series, of_frames
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, at, canonical, check_names, covered_times
@@ -86,7 +86,7 @@ class Clip:
         feet: foot points that the reference has and that are compared.
         parts: capsules around bones.
         contacts: (S, F) where the reference's foot points rest; flight: (T,) where it touches nothing.
-        touching: (T, C) which of its capsules rest.
+        touching: (T, C) which of its capsules rest; near: (T, P) which parts are within 2 cm of the scene.
     """
 
     truth: Track
@@ -98,6 +98,7 @@ class Clip:
     contacts: Flags
     flight: Flags
     touching: Flags
+    near: Flags
 
     @property
     def interval_s(self) -> float:
@@ -105,7 +106,13 @@ class Clip:
         return float(np.median(np.diff(self.times_s)))
 
 
-def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_POINTS) -> Clip:
+def clip(
+    truth: Track,
+    times_s: Array,
+    scene: Scene,
+    feet: Sequence[str] = FOOT_POINTS,
+    radii_m: Mapping[str, float] | None = None,
+) -> Clip:
     """Lay out a clip.
 
     Args:
@@ -113,6 +120,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
         times_s: (T,) of it, from `covered_times`.
         scene: what the person may touch.
         feet: foot points to compare; those that the reference lacks are left out.
+        radii_m: of the person's primitives; None: those of an average person of the reference's stature.
     """
     feet = tuple(point for point in FOOT_POINTS if point in feet and point in truth.names)
     names = (*BODY_JOINTS, *feet)
@@ -122,7 +130,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
     resting = (
         contact.reference_contacts(truth.at(slow, feet), 1 / PAPER_HZ) if feet else np.zeros((1, 0), bool)
     )
-    parts = bodies.bones(names, joints, scene)
+    parts = bodies.bones(names, joints, scene, radii_m)
     clearance = bodies.bone_clearance(parts, names, joints, scene)
     return Clip(
         truth=truth,
@@ -134,6 +142,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
         contacts=contact.frame_contacts(resting),
         flight=dynamics.flight_frames(clearance),
         touching=contact.touching(clearance, bodies.bone_speed(parts, names, joints, interval)),
+        near=touch.near(clearance, parts.names),
     )
 
 
@@ -266,6 +275,7 @@ def plausibility(motion: Track, on: Clip) -> Scores:
     numbers = {"body_penetration_max_mm": 1e3 * float(depth.max())}
     numbers |= {f"f1_{part}": float(score) for part, score in zip(on.parts.names, f1, strict=True)}
     numbers["contact_f1"] = float(pose.mean_known(f1, (0,)))
+    numbers |= touch.scores(touch.near(clearance, on.parts.names), on.near)
     return found | Scores(series, numbers)
 
 

@@ -14,7 +14,7 @@ from simrecon.metrics import joints, statistics
 from simrecon.metrics.definitions import DEFINITIONS, GROUPS
 from simrecon.metrics.joints import Clip, Scores
 from simrecon.metrics.truth import covered_times, read_truth
-from simrecon.results import simulated
+from simrecon.results import simulated, things
 
 SCHEMA = "simrecon.scores/1"
 RESULT, KINEMATIC, INPUT, REFERENCE = "result", "kinematic", "input", "reference"
@@ -65,9 +65,11 @@ def score(
     target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
     motion = joints.track(of.motion.times_s, of.motion.joint_names, of.motion.joints_m, "motion")
     times = covered_times(motion.times_s, target.times_s)
-    on = joints.clip(target, times, of.scene, [n for n in motion.names if n in target.names])
+    feet = [n for n in motion.names if n in target.names]
+    on = joints.clip(target, times, of.scene, feet, of.radii_m)
     found: dict[str, Scores] = {RESULT: _both(motion, on)}
     found[RESULT] |= simulated.geometry(of, of.body) | simulated.forces(of, on) | simulated.reported(of)
+    found[RESULT] |= things.scores(of, on)
     if reference.plates is not None:
         mass = reference.mass_kg or of.mass_kg
         found[RESULT] |= simulated.against_plates(of, reference.plates, target.times_s, on, mass)
