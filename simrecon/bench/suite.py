@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import tomllib
 import types
 import typing
@@ -12,16 +13,24 @@ from typing import Any, TypeVar
 
 from simrecon import plan as plans
 from simrecon import resources
+from simrecon.bench.statics import CHECKS
 from simrecon.errors import InputError
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.plan import Plan
 
 T = TypeVar("T")
 DROPS = ("keypoints", "joints")
-PLACES = ("seat", "platform")
+PLACES = ("seat", "platform", "support")
 ROWS = ("clip", "variant", "method")
 MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
-RUN_SCORES = ("seconds_per_second", "stepping_share", "fallback", "replay_exact", "check_qpos_error")
+RUN_SCORES = (
+    "seconds_per_second",
+    "cpu_per_second",
+    "stepping_share",
+    "fallback",
+    "replay_exact",
+    "check_qpos_error",
+)
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
 
 
@@ -41,7 +50,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class Place:
-    """`[clip.place]`: a box placed from the evidence, under the hips (seat) or the first feet (platform)."""
+    """`[clip.place]`: what stands in the scene, by the evidence.
+
+    `seat` under the hips, `platform` under the first feet, `support`: all that `scene suggest` finds.
+    """
 
     kind: str
     height_m: float | None = None
@@ -49,7 +61,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Clip:
-    """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package."""
+    """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package.
+
+    `plan` instead of the suite's; `height_m` of the person, where the evidence doesn't say.
+    """
 
     name: str
     evidence: str | None = None
@@ -57,6 +72,26 @@ class Clip:
     scene: str | None = None
     place: Place | None = None
     trial: Trial | None = None
+    plan: str | None = None
+    height_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Check:
+    """`[[check]]`: a formula of `statics.CHECKS` at some settings, and how far off the simulator may be."""
+
+    name: str
+    formula: str
+    within_pct: float
+    settings: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """`[[picture]]`: frames of a clip's result (`picture.frame`), drawn with forces beside the tables."""
+
+    clip: str
+    at: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -102,7 +137,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Target:
-    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against`."""
+    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against`, of `against_clip` if any."""
 
     text: str
     score: str
@@ -110,6 +145,7 @@ class Target:
     reach: tuple[Bound, ...] = ()
     of: str = "result"
     against: str = "kinematic"
+    against_clip: str | None = None
     clips: tuple[str, ...] = ()
 
 
@@ -124,6 +160,8 @@ class Suite:
     table: tuple[Table, ...]
     variant: tuple[Variant, ...] = (Variant("full"),)
     target: tuple[Target, ...] = ()
+    check: tuple[Check, ...] = ()
+    picture: tuple[Picture, ...] = ()
     name: str = ""
     folder: Path = Path()
 
@@ -158,12 +196,13 @@ def read(name_or_path: str | Path) -> Suite:
 
 
 def with_plan(suite: Suite, name: str) -> Suite:
-    """A suite with another plan.
+    """A suite with another plan, also where a clip has its own.
 
     Raises:
         InputError: there is no such plan, or a variant replaces what it has not.
     """
-    changed = dataclasses.replace(suite, plan=name)
+    clips = tuple(dataclasses.replace(clip, plan=None) for clip in suite.clip)
+    changed = dataclasses.replace(suite, plan=name, clip=clips)
     base = plans.read(name)
     for variant in suite.variant:
         overridden(base, variant.plan, f"{suite.name}: variant {variant.name}")
@@ -287,11 +326,12 @@ def _check(suite: Suite, path: Path) -> None:
             choice(f"{where}: place: kind", clip.place.kind, PLACES)
             if (clip.place.kind == "platform") == (clip.place.height_m is None):
                 raise InputError(f"{path}: {where}: place: height_m; valid: with a platform, and there only")
-    base = plans.read(suite.plan)
+    bases = [plans.read(name) for name in {suite.plan, *(clip.plan or suite.plan for clip in suite.clip)}]
     for variant in suite.variant:
         for part in variant.drop:
             choice(f"variant {variant.name}: drop", part, DROPS)
-        overridden(base, variant.plan, f"{path}: variant {variant.name}")
+        for base in bases:
+            overridden(base, variant.plan, f"{path}: variant {variant.name}")
     clips = tuple(clip.name for clip in suite.clip)
     for table in suite.table:
         choice(f"table {table.title}: rows", table.rows, ROWS)
@@ -301,7 +341,17 @@ def _check(suite: Suite, path: Path) -> None:
             choice(f"table {table.title}: clips", name, clips)
     for target in suite.target:
         choice(f"target {target.text}: score", target.score, (*DEFINITIONS, *RUN_SCORES))
+        if target.against_clip is not None:
+            choice(f"target {target.text}: against_clip", target.against_clip, clips)
         for bound in (*target.must, *target.reach):
             choice(f"target {target.text}: measure", bound.measure, MEASURES)
         for name in target.clips:
             choice(f"target {target.text}: clips", name, clips)
+    for check in suite.check:
+        choice(f"check {check.name}: formula", check.formula, tuple(CHECKS))
+        valid = tuple(inspect.signature(CHECKS[check.formula]).parameters)
+        if set(check.settings) != set(valid):
+            found = ", ".join(check.settings) or "none"
+            raise InputError(f"{path}: check {check.name}: settings: found {found}; valid: {', '.join(valid)}")
+    for picture in suite.picture:
+        choice("picture: clip", picture.clip, clips)

@@ -18,12 +18,34 @@ from simrecon.metrics.truth import at
 from simrecon.results.motion import SIMULATED, mean_since
 from simrecon.results.simulated import Simulated
 from simrecon.scene import check, parts
-from simrecon.types import Array
+from simrecon.types import Array, IntArray, Scene
 
 # Who sits down comes up by this much; within this of the lowest or highest hips, and this slow, is at rest.
 SITS_LEAST_M, NEAR_M, STILL_MPS = 0.15, 0.05, 0.1
 # A load rises above the first share of weight, and has let go below the second, as a mean over this time.
 BORNE_PCT, FREE_PCT, SMOOTH_S = 40.0, 5.0, 0.2
+
+
+def forces(model: mujoco.MjModel, scene: Scene, state0: Array, ctrl: Array) -> Array:
+    """Force on the person in every step of a replay, (N + 1, I + 1, 3) N: of each thing, and of the ground.
+
+    Row k acted from state k - 1 to state k; row 0 is zero.
+
+    Args:
+        model: of person and scene.
+        scene: that it was built from.
+        state0: (nstate,) full state.
+        ctrl: (N, nu).
+    """
+    owners = _owners(model, scene)
+    rows = np.zeros((len(ctrl) + 1, len(scene.items) + 1, 3))
+    data = mujoco.MjData(model)
+    rollout.set_state(model, data, state0)
+    for row, control in zip(rows[1:], ctrl, strict=True):
+        data.ctrl[:] = control
+        mujoco.mj_step(model, data)
+        _add_contacts(model, data, owners, row)
+    return rows
 
 
 def loads(of: Simulated) -> Array:
@@ -34,15 +56,8 @@ def loads(of: Simulated) -> Array:
     Args:
         of: a result, which is replayed.
     """
-    model, motion = of.model, of.motion
-    owners = _owners(of)
-    rows = np.zeros((len(motion.ctrl) + 1, len(of.scene.items), 3))
-    data = mujoco.MjData(model)
-    rollout.set_state(model, data, motion.state0)
-    for row, control in zip(rows[1:], motion.ctrl, strict=True):
-        data.ctrl[:] = control
-        mujoco.mj_step(model, data)
-        _add_contacts(model, data, owners, row)
+    motion = of.motion
+    rows = forces(of.model, of.scene, motion.state0, motion.ctrl)[:, :-1]
     found = np.zeros((len(motion.times_s), *rows.shape[1:]))
     kept = motion.status == SIMULATED
     found[kept] = mean_since(rows, motion.frame_step[kept])
@@ -60,7 +75,7 @@ def scores(of: Simulated, on: Clip) -> Scores:
         return Scores()
     motion, mass = of.motion, of.mass_kg
     vertical = body_weight_pct(loads(of), mass)[..., 2].sum(-1)  # (T,)
-    kept = motion.status == SIMULATED
+    kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"thing_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
     borne = at(on.times_s, motion.times_s, vertical)
@@ -125,22 +140,19 @@ def _sheets(of: Simulated) -> dict[str, float]:
     }
 
 
-def _owners(of: Simulated) -> Array:
-    """Index of the thing of every geom (ngeom,), -1 for the ground, -2 for the person."""
-    names = [item.name for item in of.scene.items]
-    found = []
-    for geom in range(of.model.ngeom):
-        owner = scenes.owner(of.model.geom(geom).name, of.scene)
-        found.append(-2 if owner is None else names.index(owner) if owner in names else -1)
-    return np.array(found)
+def _owners(model: mujoco.MjModel, scene: Scene) -> IntArray:
+    """Row of `forces` for every geom (ngeom,), -1 for the person's."""
+    names = [*(item.name for item in scene.items), scenes.GROUND_GEOM]
+    found = [scenes.owner(model.geom(geom).name, scene) for geom in range(model.ngeom)]
+    return np.array([-1 if owner is None else names.index(owner) for owner in found], np.int64)
 
 
-def _add_contacts(model: mujoco.MjModel, data: mujoco.MjData, owners: Array, row: Array) -> None:
-    """Add the forces of things on the person to a row (I, 3)."""
+def _add_contacts(model: mujoco.MjModel, data: mujoco.MjData, owners: IntArray, row: Array) -> None:
+    """Add the forces on the person to a row (I + 1, 3)."""
     pair = owners[data.contact.geom].reshape(-1, 2)  # (ncon, 2)
     local = np.empty(6)
-    for index in np.flatnonzero((pair.min(axis=1) == -2) & (pair.max(axis=1) >= 0)):
+    for index in np.flatnonzero((pair >= 0).sum(axis=1) == 1):
         mujoco.mj_contactForce(model, data, index, local)
         # the force of a contact acts on its second geom, with the axes of the contact as rows of its frame
-        sign = 1.0 if pair[index, 1] == -2 else -1.0
-        row[int(pair[index].max())] += sign * local[:3] @ data.contact.frame[index].reshape(3, 3)
+        sign = 1.0 if pair[index, 1] < 0 else -1.0
+        row[pair[index].max()] += sign * local[:3] @ data.contact.frame[index].reshape(3, 3)

@@ -20,6 +20,7 @@ SEAT_LEAST_M, SEAT_MAX_OF_STATURE = 0.15, 0.42
 LYING_RAD = np.deg2rad(55)
 # What counts as a foot that stands on something over the floor.
 FOOT_STILL_MPS, FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.25, 0.12, 0.04, 0.3
+FOOT_TILT_M = 0.09  # from the lowest corner of a sole to the highest: 20 degrees, which a fit is often off
 SAME_PLACE_M, SAME_HEIGHT_M = 0.5, 0.06
 BEAM_ASPECT, BEAM_WIDTH_MAX_M, MARGIN_M = 4.0, 0.25, 0.1
 SEAT_BEHIND_M, SEAT_BEFORE_M, SEAT_LEAST_DEPTH_M, SEAT_WIDTH_M = 0.25, 0.15, 0.25, 0.9
@@ -187,7 +188,7 @@ def _stands(motion: _Motion, scene: Scene) -> list[Suggestion]:
         middle = motion.soles_m[side].mean(axis=1)  # (T, 3)
         known = geometry.support_height(scene, middle[:, :2])
         over = motion.soles_m[side][..., 2].min(axis=1) - known
-        level = np.ptp(motion.soles_m[side][..., 2], axis=1) < SAME_HEIGHT_M
+        level = np.ptp(motion.soles_m[side][..., 2], axis=1) < FOOT_TILT_M
         still = _speed(middle, motion.times_s) < FOOT_STILL_MPS
         for first, last in _spans(still & level, motion.times_s, FOOT_LEAST_S):
             stands.append((float(np.median(over[first : last + 1])), side, first, last))
@@ -228,7 +229,8 @@ def _stand(
     across = np.array([-along[1], along[0]])
     reach, wide = (prints[:, :2] - centre) @ along, (middles - centre) @ across
     floor = float(geometry.ground_height(scene.ground, centre))
-    height = max(float(np.median(prints[:, 2])) - floor, 0.01)
+    # the lowest corners: no foot stands in what bears it
+    height = max(float(np.median(prints[:, 2].reshape(-1, 4).min(axis=1))) - floor, 0.01)
     length = float(np.ptp(reach)) + 2 * MARGIN_M
     drift = float(np.ptp(wide))
     beam = length / max(drift, 0.05) > BEAM_ASPECT and drift < BEAM_WIDTH_MAX_M
