@@ -90,7 +90,8 @@ def run(
     }
     content["checks"] = [checked(check) for check in suite.check]
     content["targets"] = tables.targets(suite, content["runs"])
-    content["pictures"] = _pictures(suite, [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"], output)
+    done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
+    content["pictures"] = _pictures(suite, done, output)
     write(output / f"{suite.name}.json", json.dumps(content, indent=1) + "\n")
     write(output / f"{suite.name}.md", tables.page(suite, content))
     return content

@@ -137,7 +137,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Target:
-    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against`, of `against_clip` if any."""
+    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against` (of `against_clip`)."""
 
     text: str
     score: str
@@ -303,11 +303,17 @@ def _table(kind: type[T], given: Any, where: str) -> T:
 
 def _check(suite: Suite, path: Path) -> None:
     """What no type says."""
+    _check_runs(suite, path)
+    _check_output(suite, path)
 
-    def choice(where: str, found: str, valid: tuple[str, ...]) -> None:
-        if found not in valid:
-            raise InputError(f"{path}: {where}: found {found!r}; valid: {', '.join(valid)}")
 
+def _choice(where: str, found: str, valid: tuple[str, ...]) -> None:
+    if found not in valid:
+        raise InputError(f"{where}: found {found!r}; valid: {', '.join(valid)}")
+
+
+def _check_runs(suite: Suite, path: Path) -> None:
+    """Clips and variants."""
     for kind, entries in (("clip", suite.clip), ("variant", suite.variant)):
         known = [entry.name for entry in entries]
         if not known or len(set(known)) < len(known):
@@ -323,35 +329,39 @@ def _check(suite: Suite, path: Path) -> None:
         if clip.trial is not None and clip.trial.span_s is not None and len(clip.trial.span_s) != 2:
             raise InputError(f"{path}: {where}: span_s: found {clip.trial.span_s}; valid: start and end")
         if clip.place is not None:
-            choice(f"{where}: place: kind", clip.place.kind, PLACES)
+            _choice(f"{path}: {where}: place: kind", clip.place.kind, PLACES)
             if (clip.place.kind == "platform") == (clip.place.height_m is None):
                 raise InputError(f"{path}: {where}: place: height_m; valid: with a platform, and there only")
     bases = [plans.read(name) for name in {suite.plan, *(clip.plan or suite.plan for clip in suite.clip)}]
     for variant in suite.variant:
         for part in variant.drop:
-            choice(f"variant {variant.name}: drop", part, DROPS)
+            _choice(f"{path}: variant {variant.name}: drop", part, DROPS)
         for base in bases:
             overridden(base, variant.plan, f"{path}: variant {variant.name}")
+
+
+def _check_output(suite: Suite, path: Path) -> None:
+    """Tables, targets, checks and pictures."""
     clips = tuple(clip.name for clip in suite.clip)
     for table in suite.table:
-        choice(f"table {table.title}: rows", table.rows, ROWS)
+        _choice(f"{path}: table {table.title}: rows", table.rows, ROWS)
         for column in table.columns:
-            choice(f"table {table.title}: score", column.score, (*DEFINITIONS, *RUN_SCORES))
+            _choice(f"{path}: table {table.title}: score", column.score, (*DEFINITIONS, *RUN_SCORES))
         for name in table.clips:
-            choice(f"table {table.title}: clips", name, clips)
+            _choice(f"{path}: table {table.title}: clips", name, clips)
     for target in suite.target:
-        choice(f"target {target.text}: score", target.score, (*DEFINITIONS, *RUN_SCORES))
+        _choice(f"{path}: target {target.text}: score", target.score, (*DEFINITIONS, *RUN_SCORES))
         if target.against_clip is not None:
-            choice(f"target {target.text}: against_clip", target.against_clip, clips)
+            _choice(f"{path}: target {target.text}: against_clip", target.against_clip, clips)
         for bound in (*target.must, *target.reach):
-            choice(f"target {target.text}: measure", bound.measure, MEASURES)
+            _choice(f"{path}: target {target.text}: measure", bound.measure, MEASURES)
         for name in target.clips:
-            choice(f"target {target.text}: clips", name, clips)
+            _choice(f"{path}: target {target.text}: clips", name, clips)
     for check in suite.check:
-        choice(f"check {check.name}: formula", check.formula, tuple(CHECKS))
+        _choice(f"{path}: check {check.name}: formula", check.formula, tuple(CHECKS))
         valid = tuple(inspect.signature(CHECKS[check.formula]).parameters)
         if set(check.settings) != set(valid):
-            found = ", ".join(check.settings) or "none"
-            raise InputError(f"{path}: check {check.name}: settings: found {found}; valid: {', '.join(valid)}")
+            found = f"settings: found {', '.join(check.settings) or 'none'}"
+            raise InputError(f"{path}: check {check.name}: {found}; valid: {', '.join(valid)}")
     for picture in suite.picture:
-        choice("picture: clip", picture.clip, clips)
+        _choice(f"{path}: picture: clip", picture.clip, clips)

@@ -5,7 +5,8 @@ constant, so all frames of the flight say what both are at its start:
 
     c(t) + g t² / 2 = c₀ + v₀ t,        L = mean over frames of L(q, q̇)
 
-Finite differences of the first three frames know far less. The root's angular velocity ω is corrected by the δ of
+Finite differences of the first three frames know far less. The root's angular velocity is corrected by the δ
+of
 
     min |I δ - (L - L₀)|² / (ε |L|)² + |δ|² / s²,
 
@@ -66,7 +67,7 @@ def flight(model: mujoco.MjModel, qpos: Array) -> int:
 
 
 def with_momenta(model: mujoco.MjModel, qpos: Array, first: Array, interval_s: float) -> Array:
-    """Velocities `first` (nv,) with the root's changed so that both momenta are those of the flight (T, nq)."""
+    """Velocities `first` (nv,), the root's changed so that both momenta are those of the flight (T, nq)."""
     data, body = mujoco.MjData(model), rollout.person(model).body
     times = interval_s * np.arange(len(qpos))
 
@@ -77,7 +78,9 @@ def with_momenta(model: mujoco.MjModel, qpos: Array, first: Array, interval_s: f
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
         mujoco.mj_subtreeVel(model, data)
-        return data.subtree_com[body].copy(), data.subtree_linvel[body].copy(), data.subtree_angmom[body].copy()
+        fields = (data.subtree_com, data.subtree_linvel, data.subtree_angmom)
+        com, linear, angular = (field[body].copy() for field in fields)
+        return com, linear, angular
 
     velocities = rollout.velocities(model, qpos, interval_s)
     found = [momenta(q, v) for q, v in zip(qpos, velocities, strict=True)]

@@ -46,9 +46,7 @@ def scores(found: Flags, wanted: Flags, prefix: str = "touch_f1") -> dict[str, f
     """
     f1 = contact_f1(found, wanted)
     known = {
-        name: float(f1[column])
-        for column, name in enumerate(PARTS)
-        if wanted[:, column].sum() >= FRAMES_MIN
+        name: float(f1[column]) for column, name in enumerate(PARTS) if wanted[:, column].sum() >= FRAMES_MIN
     }
     if not known:
         return {}

@@ -1,4 +1,4 @@
-"""Formulas of the suite `contact`; that the simulator meets them is tested in tests/scene/test_physics.py too."""
+"""Formulas of the suite `contact`; tests/scene/test_physics.py has more of them."""
 
 from __future__ import annotations
 

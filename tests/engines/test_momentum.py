@@ -54,9 +54,7 @@ def test_a_flight_is_told_from_a_stance(make: Any, flown: tuple[mujoco.MjModel, 
     )
 
 
-def test_the_velocity_of_a_flight_is_found_again(
-    flown: tuple[mujoco.MjModel, Array, Array], rng: np.random.Generator
-) -> None:
+def test_the_velocity_of_a_flight_is_found_again(flown: tuple[mujoco.MjModel, Array, Array]) -> None:
     model, qpos, truth = flown
     found = momentum.first_velocity(model, qpos, FRAME_S)
     np.testing.assert_allclose(found[:3], truth[:3], atol=0.03)

@@ -27,7 +27,7 @@ def test_frames_by_time_and_by_what_happens(run: Any) -> None:
     assert picture.frame(motion, "highest") == motion.com_m[:, 2].argmax()
     assert picture.frame(motion, "hardest") == np.linalg.norm(motion.grf_N, axis=1).argmax()
     for word in ("9", "-1", "soon", "nan"):
-        with pytest.raises(InputError, match="valid: seconds from 0 to 0.3, lowest"):
+        with pytest.raises(InputError, match=r"valid: seconds from 0 to 0\.3, lowest"):
             picture.frame(motion, word)
 
 
