@@ -154,3 +154,18 @@ def test_the_bench_of_the_sit_to_stand_clip(shared_data, capsys, tmp_path) -> No
     assert "rests 6 times" in capsys.readouterr().out
     (seat,) = scenes.read(tmp_path / "s.toml").items
     assert 0.38 < seat.parameters["size_m"][2] < 0.48
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("camera", ["cam01", "cam03"])
+def test_the_beam_of_a_walk(camera, shared_data, capsys, tmp_path) -> None:
+    """Seen by one camera, for a person whose height is given; the beam's top is 0.065 m high, at y = -0.016."""
+    from simrecon import cli
+
+    clip = shared_data / "evidence" / f"pose2sim_beam_{camera}.npz"
+    target = tmp_path / "s.toml"
+    assert cli.main(["scene", "suggest", str(clip), "--height-m", "1.65", "-o", str(target)]) == 0
+    (beam,) = scenes.read(target).items
+    assert beam.kind == "beam"
+    assert beam.parameters["height_m"] == pytest.approx(0.065, abs=0.02)
+    assert beam.position_m[1] == pytest.approx(-0.016, abs=0.05)
