@@ -158,8 +158,8 @@ def test_the_bench_of_the_sit_to_stand_clip(shared_data, capsys, tmp_path) -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", ["cam01", "cam03"])
-def test_the_beam_of_a_walk(camera, shared_data, capsys, tmp_path) -> None:
-    """Seen by one camera, for a person whose height is given; the beam's top is 0.065 m high, at y = -0.016."""
+def test_the_beam_of_a_walk(camera, shared_data, tmp_path) -> None:
+    """By one camera, for a person of known height; the beam's top is 0.065 m high, at y = -0.016."""
     from simrecon import cli
 
     clip = shared_data / "evidence" / f"pose2sim_beam_{camera}.npz"
