@@ -68,7 +68,8 @@ def sitting_down(person: Body) -> tuple[Array, ...]:
 def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
     (seat,) = found(person, Scene(), *sitting_down(person))
     assert seat.item.name == "seat"
-    assert seat.item.kind == "box"
+    assert seat.item.kind == "chair"
+    assert seat.item.parameters["back"] is False
     (span,) = seat.spans
     assert span[0] == pytest.approx(45, abs=6)
     assert span[1] == pytest.approx(81, abs=6)
@@ -83,7 +84,7 @@ def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
     data.qpos[:] = lift(pose(person, flexed=np.pi / 2), x=-0.4, z=-0.005)
     mujoco.mj_forward(model, data)
     touching = {model.geom(g).name for pair in data.contact.geom for g in pair}
-    assert {"item/seat", "left_buttock", "right_buttock"} <= touching
+    assert {"item/seat/seat", "left_buttock", "right_buttock"} <= touching
     assert not touching & {"left_calf", "left_shin"}
 
 
@@ -153,7 +154,7 @@ def test_the_bench_of_the_sit_to_stand_clip(shared_data, capsys, tmp_path) -> No
     assert cli.main(["scene", "suggest", str(clip), "-o", str(tmp_path / "s.toml")]) == 0
     assert "rests 6 times" in capsys.readouterr().out
     (seat,) = scenes.read(tmp_path / "s.toml").items
-    assert 0.38 < seat.parameters["size_m"][2] < 0.48
+    assert 0.38 < seat.parameters["seat_height_m"] < 0.48
 
 
 @pytest.mark.slow
