@@ -21,6 +21,8 @@ _LARGEST = 1e12  # a number without an upper limit of its own is finite at least
 
 PRIORS = ("gaussian", "flow")
 """Names of the pose priors in `simrecon.prior`."""
+STRENGTHS = ("usual", "trained")
+"""Names of the torque limits in models/body/strength.toml."""
 
 
 def _range(low: float, high: float = _LARGEST) -> Any:
@@ -38,6 +40,7 @@ class Simulation:
     """`[simulation]`: the time step is the largest integer fraction of the frame interval up to this."""
 
     timestep_max_s: float = _range(1e-4, 0.05)
+    strength: str = _choice(*STRENGTHS)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 from simrecon import checkpoint as checkpoints
 from simrecon import kinematics, results, schedule
 from simrecon import scene as scenes
-from simrecon.body import Wanted
+from simrecon.body import Wanted, strength
 from simrecon.engines import clip, draft, sampling
 from simrecon.engines import problem as problems
 from simrecon.engines import start as starts
@@ -94,7 +94,8 @@ def reconstruct(
         fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
     marks.append(time.perf_counter())
 
-    mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
+    person = strength.strengthened(fit.body.mjcf, plan.simulation.strength)
+    mjcf = scenes.build(person, fit.scene, clock.step_s)
     problem = problems.pose(fit, uniform, mjcf, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     handover = sampling.start(problem)

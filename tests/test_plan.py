@@ -77,7 +77,7 @@ def test_a_whole_number_is_accepted_for_a_float() -> None:
         ),
         ("sigma_rad = .*", "", ("[optimiser]", "lacks", "'sigma_rad'")),
         (r"\[loss\]", "[losses]", ("'losses'", "did you mean 'loss'", "kinematics")),
-        (r"\[simulation\]\n.*\ntimestep_max_s = .*", "simulation = 3", ("[simulation]", "table", "3")),
+        (r"\[simulation\]\n(.*\n)+?strength = .*", "simulation = 3", ("[simulation]", "table", "3")),
         ("purpose = .*", "", ("lacks", "'purpose'")),
         ("purpose = .*", "purpose = 1", ("purpose", "text", "1")),
         ("covariance = .*", 'covariance = "fulll"', ("covariance", "diagonal, low_rank, full", "'fulll'")),

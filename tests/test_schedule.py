@@ -22,7 +22,7 @@ pieces = st.tuples(st.floats(0.02, 4.0), st.floats(0.0, 0.95)).map(lambda p: (p[
 
 def with_windows(length_s: float, overlap_s: float) -> Plan:
     """A plan as far as time goes."""
-    return Plan("", Simulation(0.01), WindowPlan(length_s, overlap_s, 0.1), None, None, None, None)
+    return Plan("", Simulation(0.01, "usual"), WindowPlan(length_s, overlap_s, 0.1), None, None, None, None)
 
 
 @given(clocks, pieces)

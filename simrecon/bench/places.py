@@ -27,15 +27,26 @@ def seat(evidence: Evidence, plan: Kinematics) -> Scene:
     Raises:
         InputError: nobody sits.
     """
+    found = support(evidence, plan)
+    seats = tuple(item for item in found.items if item.name.startswith("seat"))
+    if not seats:
+        raise InputError("seat: found nobody who sits on something; valid: evidence of a person who does")
+    return replace(found, items=seats)
+
+
+def support(evidence: Evidence, plan: Kinematics) -> Scene:
+    """A floor and all that a kinematic fit needs to stand, sit or lie on (`scene.suggest`).
+
+    Args:
+        evidence: of a person.
+        plan: as in `seat`.
+    """
     rough = replace(
         plan, evaluations=min(plan.evaluations, _EVALUATIONS), contact=0.0, penetration=0.0, balance=0.0
     )
     fit = kinematics.fit(resample(evidence)[0], Scene(), rough)
     found = suggest.suggest(fit.body, fit.scene, fit.times_s, fit.qpos)
-    seats = tuple(entry.item for entry in found if entry.item.name.startswith("seat"))
-    if not seats:
-        raise InputError("seat: found nobody who sits on something; valid: evidence of a person who does")
-    return Scene(fit.scene.ground, seats)
+    return Scene(fit.scene.ground, tuple(entry.item for entry in found))
 
 
 def platform(evidence: Evidence, height_m: float) -> Scene:

@@ -12,11 +12,11 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from simrecon.bench import tables
-from simrecon.bench.suite import Suite
-from simrecon.bench.task import Task, execute, failed, machine, tasks
+from simrecon.bench import statics, tables
+from simrecon.bench.suite import Check, Suite
+from simrecon.bench.task import RESULT, Task, execute, failed, machine, tasks
 from simrecon.errors import InputError
-from simrecon.results import report
+from simrecon.results import picture, report
 
 SCHEMA = "simrecon.bench/1"
 
@@ -89,10 +89,41 @@ def run(
         "jobs": jobs,
         "runs": [rows[index] for index in sorted(rows)],
     }
+    content["checks"] = [checked(check) for check in suite.check]
     content["targets"] = tables.targets(suite, content["runs"])
+    done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
+    content["pictures"] = _pictures(suite, done, output)
     write(output / f"{suite.name}.json", json.dumps(content, indent=1) + "\n")
     write(output / f"{suite.name}.md", tables.page(suite, content))
     return content
+
+
+def _pictures(suite: Suite, done: list[Task], output: Path) -> list[str]:
+    """Draw the suite's pictures of the first variant and seed; names of the files, in `pictures`."""
+    first = {
+        task.clip.name: task.folder / RESULT
+        for task in done
+        if task.variant == suite.variant[0] and task.seed == suite.seeds[0]
+    }
+    wanted = [entry for entry in suite.picture if entry.clip in first]
+    if wanted:
+        (output / "pictures").mkdir(exist_ok=True)
+    for entry in wanted:
+        picture.write(first[entry.clip], output / "pictures" / f"{entry.clip}.png", entry.at)
+    return [f"{entry.clip}.png" for entry in wanted]
+
+
+def checked(check: Check) -> Row:
+    """A check's `name`, `measured`, `expected`, `unit`, `error_pct`, `within_pct` and `met`."""
+    found = statics.CHECKS[check.formula](**check.settings)
+    error = 100.0 * (found.measured / found.expected - 1.0)
+    return {
+        "name": check.name,
+        **dataclasses.asdict(found),
+        "error_pct": error,
+        "within_pct": check.within_pct,
+        "met": bool(abs(error) <= check.within_pct),
+    }
 
 
 def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import tomllib
 import types
 import typing
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 
 from simrecon import plan as plans
 from simrecon import resources
+from simrecon.bench.statics import CHECKS
 from simrecon.errors import InputError
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.plan import Plan
@@ -19,11 +21,12 @@ from simrecon.plan import Plan
 T = TypeVar("T")
 DROPS = ("keypoints", "joints", "camera")
 HALVES = ("both", "kinematics")
-PLACES = ("seat", "platform")
+PLACES = ("seat", "platform", "support")
 ROWS = ("clip", "variant", "method", "change")
 MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
 RUN_SCORES = (
     "seconds_per_second",
+    "cpu_per_second",
     "stepping_share",
     "fallback",
     "replay_exact",
@@ -49,7 +52,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class Place:
-    """`[clip.place]`: a box placed from the evidence, under the hips (seat) or the first feet (platform)."""
+    """`[clip.place]`: what stands in the scene, by the evidence.
+
+    `seat` under the hips, `platform` under the first feet, `support`: all that `scene suggest` finds.
+    """
 
     kind: str
     height_m: float | None = None
@@ -57,7 +63,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Clip:
-    """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package."""
+    """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package.
+
+    `plan` instead of the suite's; `height_m` of the person, where the evidence doesn't say.
+    """
 
     name: str
     evidence: str | None = None
@@ -65,6 +74,26 @@ class Clip:
     scene: str | None = None
     place: Place | None = None
     trial: Trial | None = None
+    plan: str | None = None
+    height_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Check:
+    """`[[check]]`: a formula of `statics.CHECKS` at some settings, and how far off the simulator may be."""
+
+    name: str
+    formula: str
+    within_pct: float
+    settings: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """`[[picture]]`: frames of a clip's result (`picture.frame`), drawn with forces beside the tables."""
+
+    clip: str
+    at: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -113,7 +142,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Target:
-    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against`."""
+    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against` (of `against_clip`)."""
 
     text: str
     score: str
@@ -121,6 +150,7 @@ class Target:
     reach: tuple[Bound, ...] = ()
     of: str = "result"
     against: str = "kinematic"
+    against_clip: str | None = None
     clips: tuple[str, ...] = ()
 
 
@@ -136,6 +166,8 @@ class Suite:
     variant: tuple[Variant, ...] = (Variant("full"),)
     target: tuple[Target, ...] = ()
     half: str = "both"
+    check: tuple[Check, ...] = ()
+    picture: tuple[Picture, ...] = ()
     name: str = ""
     folder: Path = Path()
 
@@ -170,12 +202,13 @@ def read(name_or_path: str | Path) -> Suite:
 
 
 def with_plan(suite: Suite, name: str) -> Suite:
-    """A suite with another plan.
+    """A suite with another plan, also where a clip has its own.
 
     Raises:
         InputError: there is no such plan, or a variant replaces what it has not.
     """
-    changed = dataclasses.replace(suite, plan=name)
+    clips = tuple(dataclasses.replace(clip, plan=None) for clip in suite.clip)
+    changed = dataclasses.replace(suite, plan=name, clip=clips)
     base = plans.read(name)
     for variant in suite.variant:
         overridden(base, variant.plan, f"{suite.name}: variant {variant.name}")
@@ -276,11 +309,17 @@ def _table(kind: type[T], given: Any, where: str) -> T:
 
 def _check(suite: Suite, path: Path) -> None:
     """What no type says."""
+    _check_runs(suite, path)
+    _check_output(suite, path)
 
-    def choice(where: str, found: str, valid: tuple[str, ...]) -> None:
-        if found not in valid:
-            raise InputError(f"{path}: {where}: found {found!r}; valid: {', '.join(valid)}")
 
+def _choice(where: str, found: str, valid: tuple[str, ...]) -> None:
+    if found not in valid:
+        raise InputError(f"{where}: found {found!r}; valid: {', '.join(valid)}")
+
+
+def _check_runs(suite: Suite, path: Path) -> None:
+    """Clips and variants."""
     for kind, entries in (("clip", suite.clip), ("variant", suite.variant)):
         known = [entry.name for entry in entries]
         if not known or len(set(known)) < len(known):
@@ -296,25 +335,40 @@ def _check(suite: Suite, path: Path) -> None:
         if clip.trial is not None and clip.trial.span_s is not None and len(clip.trial.span_s) != 2:
             raise InputError(f"{path}: {where}: span_s: found {clip.trial.span_s}; valid: start and end")
         if clip.place is not None:
-            choice(f"{where}: place: kind", clip.place.kind, PLACES)
+            _choice(f"{path}: {where}: place: kind", clip.place.kind, PLACES)
             if (clip.place.kind == "platform") == (clip.place.height_m is None):
                 raise InputError(f"{path}: {where}: place: height_m; valid: with a platform, and there only")
-    choice("half", suite.half, HALVES)
-    base = plans.read(suite.plan)
+    _choice(f"{path}: half", suite.half, HALVES)
+    bases = [plans.read(name) for name in {suite.plan, *(clip.plan or suite.plan for clip in suite.clip)}]
     for variant in suite.variant:
         for part in variant.drop:
-            choice(f"variant {variant.name}: drop", part, DROPS)
-        overridden(base, variant.plan, f"{path}: variant {variant.name}")
+            _choice(f"{path}: variant {variant.name}: drop", part, DROPS)
+        for base in bases:
+            overridden(base, variant.plan, f"{path}: variant {variant.name}")
+
+
+def _check_output(suite: Suite, path: Path) -> None:
+    """Tables, targets, checks and pictures."""
     clips = tuple(clip.name for clip in suite.clip)
     for table in suite.table:
-        choice(f"table {table.title}: rows", table.rows, ROWS)
+        _choice(f"{path}: table {table.title}: rows", table.rows, ROWS)
         for column in table.columns:
-            choice(f"table {table.title}: score", column.score, (*DEFINITIONS, *RUN_SCORES))
+            _choice(f"{path}: table {table.title}: score", column.score, (*DEFINITIONS, *RUN_SCORES))
         for name in table.clips:
-            choice(f"table {table.title}: clips", name, clips)
+            _choice(f"{path}: table {table.title}: clips", name, clips)
     for target in suite.target:
-        choice(f"target {target.text}: score", target.score, (*DEFINITIONS, *RUN_SCORES))
+        _choice(f"{path}: target {target.text}: score", target.score, (*DEFINITIONS, *RUN_SCORES))
+        if target.against_clip is not None:
+            _choice(f"{path}: target {target.text}: against_clip", target.against_clip, clips)
         for bound in (*target.must, *target.reach):
-            choice(f"target {target.text}: measure", bound.measure, MEASURES)
+            _choice(f"{path}: target {target.text}: measure", bound.measure, MEASURES)
         for name in target.clips:
-            choice(f"target {target.text}: clips", name, clips)
+            _choice(f"{path}: target {target.text}: clips", name, clips)
+    for check in suite.check:
+        _choice(f"{path}: check {check.name}: formula", check.formula, tuple(CHECKS))
+        valid = tuple(inspect.signature(CHECKS[check.formula]).parameters)
+        if set(check.settings) != set(valid):
+            found = f"settings: found {', '.join(check.settings) or 'none'}"
+            raise InputError(f"{path}: check {check.name}: {found}; valid: {', '.join(valid)}")
+    for picture in suite.picture:
+        _choice(f"{path}: picture: clip", picture.clip, clips)

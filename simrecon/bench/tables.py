@@ -40,6 +40,8 @@ def page(suite: Suite, content: Row) -> str:
         lines += ["", f"## {table.title}", ""]
         lines += [table.text.strip(), ""] if table.text else []
         lines += _table(suite, table, runs)
+    if content.get("checks"):
+        lines += ["", "## Formulas", "", *_checks(content["checks"])]
     if content["targets"]:
         lines += ["", "## Targets", "", *_targets(content["targets"])]
     failed = [run for run in runs if run["status"] == "failed"]
@@ -102,8 +104,8 @@ def _target(suite: Suite, target: Target, runs: Sequence[Row]) -> Row:
     variant = suite.variant[0].name
     clips = target.clips or tuple(clip.name for clip in suite.clip)
     own, other = (
-        np.array([over_seeds(runs, clip, variant, motion, target.score) for clip in clips])
-        for motion in (target.of, target.against)
+        np.array([over_seeds(runs, whose or clip, variant, motion, target.score) for clip in clips])
+        for motion, whose in ((target.of, None), (target.against, target.against_clip))
     )
     found: Row = {"text": target.text, "score": target.score}
     for level, bounds in (("must", target.must), ("reach", target.reach)):
@@ -153,6 +155,16 @@ def _targets(found: Sequence[Row]) -> list[str]:
             target.get("worst_clip", MISSING),
         ]
         lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _checks(found: Sequence[Row]) -> list[str]:
+    lines = ["| what | measured | formula | error, % | must |", "|---|---|---|---|---|"]
+    for check in found:
+        verdict = "**met**" if check["met"] else "**missed**"
+        numbers = [f"{check[key]:.4g} {check['unit']}" for key in ("measured", "expected")]
+        limit = f"{verdict} (≤ {check['within_pct']:g})"
+        lines.append("| " + " | ".join([check["name"], *numbers, f"{check['error_pct']:.2f}", limit]) + " |")
     return lines
 
 

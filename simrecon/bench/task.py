@@ -30,7 +30,10 @@ from simrecon.plan import Plan
 from simrecon.results import fitted, report, scores
 from simrecon.types import Evidence, Scene
 
-NOT_IN_KEY = ("bench/", "cli/", "metrics/", "studio/", "batch/", "results/scores.py", "results/simulated.py")
+NOT_IN_KEY = (
+    *("bench/", "cli/", "metrics/", "studio/", "batch/"),
+    *(f"results/{name}.py" for name in ("scores", "simulated", "things", "picture")),
+)
 """Parts of the package that no motion depends on."""
 RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
 
@@ -55,6 +58,11 @@ class Task:
     output: Path
     threads: int = 0
     evaluator: Path | None = None
+
+    @property
+    def plan(self) -> str:
+        """Name of the plan: the clip's, or the suite's."""
+        return self.clip.plan or self.suite.plan
 
     @property
     def folder(self) -> Path:
@@ -103,31 +111,35 @@ def _execute(task: Task) -> dict[str, Any]:
     plan = _plan(task)
     seen = readers.read(given)
     readers.check_names(seen, names.valid_names(), given)
+    if task.clip.height_m is not None:
+        seen = replace(seen, height_m=task.clip.height_m)
     # the scene is part of the clip, so it is placed from all of the evidence
-    scene = _scene(task.clip, task.suite, seen, plans.read(task.suite.plan))
+    scene = _scene(task.clip, task.suite, seen, plans.read(task.plan))
     key = _key(given, task, plan, scene)
     if task.suite.half == "kinematics":
         return _fit(task, given, truth, key, _Work(dropped(seen, task.variant.drop), scene, plan))
     folder, record = task.folder / RESULT, task.folder / RECORD
     status = "kept"
-    if not (folder / "motion.npz").is_file() or _recorded(record) != key:
+    if not (folder / "motion.npz").is_file() or _recorded(record).get("key") != key:
         record.unlink(missing_ok=True)
+        began = time.process_time()
         made = reconstruct.reconstruct(
             dropped(seen, task.variant.drop), scene, plan, seed=task.seed, threads=task.threads
         )
         results.write(
             folder,
             made,
-            plan_name=task.suite.plan,
+            plan_name=task.plan,
             seed=task.seed,
             threads=task.threads,
             input_name=given.name,
         )
-        _write(record, json.dumps({"key": key}) + "\n")
+        _write(record, json.dumps({"key": key, "cpu_s": time.process_time() - began}) + "\n")
         status = "done"
     table = scores.score(folder, truth, given)
-    said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
-    said["run"] = _run(folder)
+    content = table.as_dict()
+    said = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
+    said["run"] = _run(folder, record)
     if task.evaluator is not None:
         command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
         said["check"] = json.loads(subprocess.check_output(command, text=True))
@@ -149,7 +161,7 @@ def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[st
     """The kinematic half alone, kept as `fit.npz`."""
     path, record = task.folder / FIT, task.folder / RECORD
     status = "kept"
-    if not path.is_file() or _recorded(record) != key:
+    if not path.is_file() or _recorded(record).get("key") != key:
         task.folder.mkdir(parents=True, exist_ok=True)
         record.unlink(missing_ok=True)
         began = time.process_time()
@@ -207,13 +219,15 @@ def _inputs(task: Task) -> tuple[Path, Path]:
 
 def _plan(task: Task) -> Plan:
     where = f"{task.suite.name}: variant {task.variant.name}"
-    return overridden(plans.read(task.suite.plan), task.variant.plan, where)
+    return overridden(plans.read(task.plan), task.variant.plan, where)
 
 
 def _scene(clip: Clip, suite: Suite, seen: Evidence, plan: Plan) -> Scene:
     if clip.place is not None:
         if clip.place.kind == "seat":
             return places.seat(seen, plan.kinematics)
+        if clip.place.kind == "support":
+            return places.support(seen, plan.kinematics)
         return places.platform(seen, float(clip.place.height_m or 0.0))
     if clip.scene is None:
         return Scene()
@@ -233,6 +247,8 @@ def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
         "versions": report.versions(),
         "code": code_digest(),
     }
+    if task.clip.height_m is not None:
+        content["height_m"] = task.clip.height_m
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
@@ -265,19 +281,22 @@ def machine() -> dict[str, Any]:
     return {"processor": model, "cores": os.cpu_count(), "memory_GiB": memory, "system": platform.system()}
 
 
-def _recorded(path: Path) -> str | None:
+def _recorded(path: Path) -> dict[str, Any]:
+    """What was written down of a run: `key`, and `cpu_s` of its reconstruction."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return None
-    return found.get("key") if isinstance(found, dict) else None
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
-def _run(folder: Path) -> dict[str, float]:
+def _run(folder: Path, record: Path) -> dict[str, float]:
     said = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    totals, spent = said["totals"], _recorded(record).get("cpu_s")
     found = {
-        "seconds_per_second": said["totals"]["seconds_per_second"],
-        "stepping_share": said["totals"]["stepping_share"],
+        "seconds_per_second": totals["seconds_per_second"],
+        "cpu_per_second": None if spent is None else spent * totals["seconds_per_second"] / totals["wall_s"],
+        "stepping_share": totals["stepping_share"],
         "fallback": said["frames"]["fallback"],
         "replay_exact": said["audit"]["replay_exact"],
     }

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 import mujoco
 
 import simrecon
-from simrecon.cli import batch, bench, evaluate, export, rerun, retarget, run, scene, weights
+from simrecon.cli import batch, bench, evaluate, export, picture, rerun, retarget, run, scene, weights
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError
 
-COMMANDS = (run, rerun, retarget, export, evaluate, scene, bench, batch, weights)
+COMMANDS = (run, rerun, retarget, export, evaluate, picture, scene, bench, batch, weights)
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 
 

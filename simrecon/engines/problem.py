@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon import camera as cameras
 from simrecon import kinematics, prior, rollout, rotations, splines
 from simrecon.body import names
+from simrecon.engines import momentum
 from simrecon.plan import Plan
 from simrecon.prior import Prior
 from simrecon.schedule import Clock
@@ -96,7 +97,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         prior=prior.make(plan.loss.prior_model, skeleton),
         every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
         qpos=qpos,
-        qvel0=rollout.velocities(model, qpos[:3], clock.frame_s)[0],
+        qvel0=momentum.first_velocity(model, qpos, clock.frame_s),
         targets_rad=_targets(model, fit.qpos, clock),
         draft_rad=np.zeros((splines.knot_count(clock.steps * clock.step_s, spacing_s), model.nu)),
         orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),

@@ -8,7 +8,7 @@ Axes: T frames, K joints, C parts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -82,26 +82,36 @@ def stature_m(names: Sequence[str], joints_m: Array) -> float:
     return float(np.sum(lengths) / 2 / _data()["stature"]["leg"])
 
 
-def bones(names: Sequence[str], truth_m: Array, scene: Scene) -> Bones:
-    """Capsules that every motion of a clip gets, sized and set by its reference.
+def capsule_primitives() -> tuple[str, ...]:
+    """Names of the primitives whose radii the capsules have."""
+    return tuple(entry["primitive"] for entry in _data()["capsule"])
+
+
+def bones(
+    names: Sequence[str], truth_m: Array, scene: Scene, radii_m: Mapping[str, float] | None = None
+) -> Bones:
+    """Capsules that every motion of a clip gets, set by its reference.
 
     Args:
         names: K names of the reference, with the body's 12 joints.
         truth_m: (T, K, 3) the reference.
         scene: what the person may touch.
+        radii_m: of the person's primitives; None: those of an average person of the reference's stature.
 
     Returns:
         The capsules of `models/body/centre_of_mass.toml`, and the foot points that are there; those rest at
         the 5th percentile of their distance to the scene.
     """
-    stature = stature_m(names, truth_m)
+    if radii_m is None:
+        stature = stature_m(names, truth_m)
+        radii_m = {name: stature * radius for name, radius in _radii().items()}
     entries = [side for entry in _data()["capsule"] for side in _sides(entry)]
     feet = [point for point in FOOT_POINTS if point in names]
     rest = [
         float(np.percentile(over(scene, truth_m[:, list(names).index(point)]), CONTACT_PERCENTILE))
         for point in feet
     ]
-    radii = [_radii()[entry["primitive"]] * stature for entry in entries]
+    radii = [radii_m[entry["primitive"]] for entry in entries]
     return Bones(
         (*(entry["name"] for entry in entries), *feet),
         (*(tuple(entry["from"]) for entry in entries), *((point,) for point in feet)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from simrecon.metrics.touch import PARTS
+
 POSITION = {
     "covered": "share of the reference's frames that the motion covers",
     "mpjpe_g_mm": "MPJPE-G: mean distance of 12 joints in the world",
@@ -47,6 +49,9 @@ BODY = {
     "body_penetration_max_mm": "greatest such depth",
     "body_penetration_pct": "share of frames with one deeper than 5 mm",
     "contact_f1": "F1 of contact, mean over parts; f1_* of one part",
+    "touch_f1": "F1 of touch (within 2 cm, moving or not), mean over parts of the body",
+    "touch_f1_least": "that of the worst part",
+    **{f"touch_f1_{part}": f"that of the {part.replace('_', ' ')}" for part in PARTS},
     "implied_grf_mean_pct": "mean norm of the force that the motion asks for, % of body weight (Rempe)",
     "implied_grf_max_pct": "its maximum",
     "implied_grf_ballistic_pct": "its median where the reference touches nothing; 0 is right",
@@ -68,10 +73,24 @@ FORCES = {
     "grf_peak_pct": "greatest force of the scene in a frame of the clip",
     "grf_ballistic_pct": "Ballistic GRF: median force where the reference touches nothing (Rempe)",
     "contact_f1_force": "F1 of contact by force, mean over parts",
+    "touch_f1_force": "F1 of parts pushed by the scene where the reference's are within 2 cm, mean",
+    "touch_f1_force_least": "that of the worst part",
+    **{f"touch_f1_force_{part}": f"that of the {part.replace('_', ' ')}" for part in PARTS},
     "peak_torque_Nmpkg": "greatest torque of a joint, Nm per kg",
     "peak_power_Wpkg": "greatest power of a joint, W per kg",
     "residual_mean_pct": "force that contact doesn't explain, mean, per cent of body weight",
     "residual_max_pct": "its maximum",
+}
+THINGS = {
+    "thing_load_pct": "mean vertical force of things, per cent of that of the whole scene",
+    "thing_sitting_pct": "their mean vertical force while the reference sits still, per cent of body weight",
+    "thing_standing_pct": "their greatest vertical force while the reference stands, per cent of body weight",
+    "rises": "how often they bear the person and then let go for good",
+    "reference_rises": "how often the reference rises",
+    "thing_penetration_max_mm": "greatest depth of the person in a thing",
+    "sheet_sink_mm": "greatest sink of a mat or trampoline",
+    "apex_mm": "greatest height of the centre of mass after that, over its height at the start",
+    "apex_s": "when",
 }
 PLATES = {
     "grf_vertical_mae_pct_bw": "vertical force of the scene against the plates, mean absolute error",
@@ -94,6 +113,7 @@ GROUPS = {
     "whole body, by capsules around the joints": BODY,
     "whole body, by its own primitives": SIMULATED,
     "forces of the simulation": FORCES,
+    "things of the scene": THINGS,
     "against force plates, per cent of body weight": PLATES,
 }
 DEFINITIONS = {name: meaning for group in GROUPS.values() for name, meaning in group.items()}

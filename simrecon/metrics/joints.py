@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simrecon.metrics import bodies, contact, dynamics, pose
+from simrecon.metrics import bodies, contact, dynamics, pose, touch
 from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import Series, of_frames
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, SIDES, at, canonical, check_names, covered_times
@@ -102,7 +102,7 @@ class Clip:
         feet: foot points that the reference has and that are compared.
         parts: capsules around bones.
         contacts: (S, F) where the reference's foot points rest; flight: (T,) where it touches nothing.
-        touching: (T, C) which of its capsules touch.
+        touching: (T, C) which of its capsules touch; near: (T, P) which parts are within 2 cm of the scene.
     """
 
     truth: Track
@@ -114,6 +114,7 @@ class Clip:
     contacts: Flags
     flight: Flags
     touching: Flags
+    near: Flags
 
     @property
     def interval_s(self) -> float:
@@ -131,7 +132,13 @@ class Clip:
         return np.asarray(bodies.over(self.scene, points_m) - rest)
 
 
-def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_POINTS) -> Clip:
+def clip(
+    truth: Track,
+    times_s: Array,
+    scene: Scene,
+    feet: Sequence[str] = FOOT_POINTS,
+    radii_m: Mapping[str, float] | None = None,
+) -> Clip:
     """Lay out a clip.
 
     Args:
@@ -139,6 +146,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
         times_s: (T,) of it, from `covered_times`.
         scene: what the person may touch.
         feet: foot points to compare; those that the reference lacks are left out.
+        radii_m: of the person's primitives; None: those of an average person of the reference's stature.
     """
     feet = tuple(point for point in FOOT_POINTS if point in feet and point in truth.names)
     names = (*BODY_JOINTS, *feet)
@@ -148,7 +156,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
     resting = (
         contact.reference_contacts(truth.at(slow, feet), 1 / PAPER_HZ) if feet else np.zeros((1, 0), bool)
     )
-    parts = bodies.bones(names, joints, scene)
+    parts = bodies.bones(names, joints, scene, radii_m)
     clearance = bodies.bone_clearance(parts, names, joints, scene)
     return Clip(
         truth=truth,
@@ -160,6 +168,7 @@ def clip(truth: Track, times_s: Array, scene: Scene, feet: Sequence[str] = FOOT_
         contacts=contact.frame_contacts(resting),
         flight=dynamics.flight_frames(clearance),
         touching=bodies.touching(parts, names, joints, clearance, interval),
+        near=touch.near(clearance, parts.names),
     )
 
 
@@ -300,6 +309,7 @@ def plausibility(motion: Track, on: Clip) -> Scores:
     numbers = {"body_penetration_max_mm": 1e3 * float(depth.max())}
     numbers |= {f"f1_{part}": float(score) for part, score in zip(on.parts.names, f1, strict=True)}
     numbers["contact_f1"] = float(pose.mean_known(f1, (0,)))
+    numbers |= touch.scores(touch.near(clearance, on.parts.names), on.near)
     return found | Scores(series, numbers)
 
 

@@ -82,7 +82,7 @@ def record(
     def mean(rows: Array, missing: float = 0.0) -> Array:
         """Mean of rows (N + 1, ...) since the previous frame, (T, ...)."""
         found = np.full((len(grid), *rows.shape[1:]), missing)
-        found[simulated] = _means(rows, steps[simulated])
+        found[simulated] = mean_since(rows, steps[simulated])
         return found
 
     pressure = mean(trace.pressure_N)[..., None]  # (T, C, 1)
@@ -264,7 +264,7 @@ def _velocity(model: mujoco.MjModel, data: mujoco.MjData, geoms: IntArray, point
     return np.asarray(moving + np.cross(turning, arm))
 
 
-def _means(rows: Array, steps: IntArray) -> Array:
+def mean_since(rows: Array, steps: IntArray) -> Array:
     """Means of rows (N + 1, ...) over the steps since the previous one of `steps` (S,), (S, ...).
 
     A frame at the same step as the previous one shows the same.

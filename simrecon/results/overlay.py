@@ -18,7 +18,7 @@ from simrecon.errors import InputError
 from simrecon.results import video
 from simrecon.results.canvas import Image
 from simrecon.results.painter import Clip, Painter, View, has_view
-from simrecon.types import Array, Camera
+from simrecon.types import Array, Camera, IntArray
 
 __all__ = ["Clip", "check_video", "contact_sheet", "render", "sheet", "write"]
 
@@ -102,17 +102,25 @@ def render(
         raise InputError(f"there are {drawn} images for {len(clip.times_s)} frames")
 
 
-def sheet(clip: Clip, count: int = _SHEET_FRAMES, tile_px: int = _SHEET_TILE_PX, columns: int = 0) -> Image:
-    """Up to `count` frames, equally spaced, each cropped around all of them, over plain ground.
+def sheet(
+    clip: Clip,
+    count: int = _SHEET_FRAMES,
+    tile_px: int = _SHEET_TILE_PX,
+    columns: int = 0,
+    frames: IntArray | None = None,
+) -> Image:
+    """Frames side by side, each cropped around all of them, over plain ground.
 
     Args:
         clip: what to draw.
-        count: frames at most.
+        count: frames at most, equally spaced.
         tile_px: width of a frame, or height over 1.6 if that is larger.
         columns: 0: for a page of a pleasant shape.
+        frames: these, instead of equally spaced ones.
     """
     painter = Painter(clip)
-    frames = np.unique(np.linspace(0, len(clip.times_s) - 1, count).round().astype(int))
+    if frames is None:
+        frames = np.unique(np.linspace(0, len(clip.times_s) - 1, count).round().astype(int))
     low, high = painter.bounds_px(frames)
     shape = high - low
     scale = tile_px / max(shape[1], shape[0] / 1.6)

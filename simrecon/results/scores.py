@@ -14,7 +14,7 @@ from simrecon.metrics import joints, statistics
 from simrecon.metrics.definitions import DEFINITIONS, GROUPS
 from simrecon.metrics.joints import Clip, Scores
 from simrecon.metrics.truth import BODY_JOINTS, Truth, canonical, covered_times, read_truth
-from simrecon.results import fitted, simulated
+from simrecon.results import fitted, simulated, things
 from simrecon.results.motion import SIMULATED
 from simrecon.types import Evidence, Scene
 
@@ -68,10 +68,11 @@ def score(
     of, reference = simulated.read(folder), read_truth(truth)
     kept, names = of.motion.status == SIMULATED, of.motion.joint_names
     motion = joints.track(of.motion.times_s, names, of.motion.joints_m, "motion", of.rest_m)
-    target, on = _compared(motion, reference, of.scene)
+    target, on = _compared(motion, reference, of.scene, of.radii_m)
     found: dict[str, Scores] = {RESULT: _both(motion, on)}
     found[RESULT] |= simulated.geometry(of.body, names, motion.times_s, kept)
     found[RESULT] |= simulated.forces(of, on) | simulated.reported(of)
+    found[RESULT] |= things.scores(of, on)
     if reference.plates is not None:
         mass = reference.mass_kg or of.mass_kg
         found[RESULT] |= simulated.against_plates(of, reference.plates, target.times_s, on, mass)
@@ -104,11 +105,14 @@ def score_fit(
     return _table(KINEMATIC, found | _others(reference, target, given, on), on, seed)
 
 
-def _compared(motion: joints.Track, reference: Truth, scene: Scene) -> tuple[joints.Track, Clip]:
-    """The reference of a motion, and what both are compared on."""
+def _compared(
+    motion: joints.Track, reference: Truth, scene: Scene, radii_m: Mapping[str, float] | None = None
+) -> tuple[joints.Track, Clip]:
+    """The reference of a motion, and what both are compared on; radii of the person's capsules, if known."""
     target = joints.track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
     times = covered_times(motion.times_s, target.times_s)
-    return target, joints.clip(target, times, scene, [n for n in motion.names if n in target.names])
+    feet = [name for name in motion.names if name in target.names]
+    return target, joints.clip(target, times, scene, feet, radii_m)
 
 
 def _others(reference: Truth, target: joints.Track, given: Path | str | None, on: Clip) -> dict[str, Scores]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.metrics import bodies, contact, dynamics, pose
+from simrecon.metrics import bodies, contact, dynamics, pose, touch
 from simrecon.metrics.bodies import Configurations
 from simrecon.metrics.joints import H36M_HZ, PAPER_HZ, Clip, Scores, every, resampled
 from simrecon.metrics.statistics import Series, low_pass, of_frames
@@ -50,6 +50,11 @@ class Simulated:
     report: dict[str, Any]
     body: Configurations
     kinematic: Configurations | None
+
+    @property
+    def radii_m(self) -> dict[str, float]:
+        """Of the primitives that are capsules in scores."""
+        return {name: float(self.model.geom(name).size[0]) for name in bodies.capsule_primitives()}
 
     @property
     def mass_kg(self) -> float:
@@ -179,6 +184,7 @@ def forces(of: Simulated, on: Clip) -> Scores:
         of.body.com_velocity_mps[kept], grf, mass, np.maximum(steps, 1) * of.model.opt.timestep
     )[moved]
     numbers["residual_max_pct"] = float(residual.max()) if len(residual) else float("nan")
+    numbers |= touch.scores(_pushed(of, on), on.near, "touch_f1_force")
     return Scores(
         {"grf_vertical_mean_pct": of_frames(vertical), "residual_mean_pct": of_frames(residual)}, numbers
     )
@@ -290,6 +296,23 @@ def _force_f1(of: Simulated, on: Clip) -> float:
                 wanted.append(on.touching[:, [on.parts.names.index(p) for p in parts]].any(-1))
     f1 = contact.contact_f1(np.stack(found, axis=-1), np.stack(wanted, axis=-1))
     return float(pose.mean_known(f1, (0,)))
+
+
+def _pushed(of: Simulated, on: Clip) -> contact.Flags:
+    """Which parts of the body (`touch.PARTS`) the scene pushes with more than `LOADED_N`, (T, P)."""
+    motion = of.motion
+    loads = np.linalg.norm(at(on.times_s, motion.times_s, motion.contact_force_N), axis=-1)  # (T, C)
+    found = []
+    for name, capsules in touch.PARTS.items():
+        foot = name.replace("_foot", "_heel") == capsules[0]
+        wanted = [name] if foot else [p for part in capsules for p in _primitives(part)]
+        found.append((loads[:, [motion.contact_body.index(p) for p in wanted]] > dynamics.LOADED_N).any(-1))
+    return np.stack(found, axis=-1)
+
+
+def _primitives(part: str) -> list[str]:
+    """Primitives of a part of `_PARTS`, on its side."""
+    return _of_side(_PARTS[part.replace("right_", "left_", 1)], part)
 
 
 def _of_side(names: tuple[str, ...], side: str) -> list[str]:

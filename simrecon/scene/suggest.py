@@ -20,9 +20,13 @@ SEAT_LEAST_M, SEAT_MAX_OF_STATURE = 0.15, 0.42
 LYING_RAD = np.deg2rad(55)
 # What counts as a foot that stands on something over the floor.
 FOOT_STILL_MPS, FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.25, 0.12, 0.04, 0.3
+FOOT_TILT_M = 0.09  # from the lowest corner of a sole to the highest: 20 degrees, which a fit is often off
 SAME_PLACE_M, SAME_HEIGHT_M = 0.5, 0.06
 BEAM_ASPECT, BEAM_WIDTH_MAX_M, MARGIN_M = 4.0, 0.25, 0.1
 SEAT_BEHIND_M, SEAT_BEFORE_M, SEAT_LEAST_DEPTH_M, SEAT_WIDTH_M = 0.25, 0.15, 0.25, 0.9
+SEAT_THICK_M = 0.12
+# Of the heights at rest: flesh gives way, primitives don't, and who hovers over a seat squats.
+SEAT_PERCENTILE = 75.0
 
 
 @dataclass(frozen=True)
@@ -151,7 +155,7 @@ def _together(spans: list[tuple[int, int]], motion: _Motion) -> list[list[tuple[
 def _seat(
     motion: _Motion, scene: Scene, spans: list[tuple[int, int]], frames: NDArray[np.int64]
 ) -> Suggestion:
-    top = float(np.median(motion.under_m[frames]))
+    top = float(np.percentile(motion.under_m[frames], SEAT_PERCENTILE))
     place = np.median(motion.pelvis_m[frames], axis=0)
     facing = motion.facing[frames].mean(axis=0)
     facing /= max(float(np.linalg.norm(facing)), 1e-9)
@@ -164,13 +168,26 @@ def _seat(
         # the front edge lies under the thigh, and behind the heels
         soles = motion.soles_m[:, frames][..., :2] - place[:2]  # (2, F, 4, 2)
         heels = float(np.median((soles @ facing).min(axis=-1)))
-        name, front = "seat", min(SEAT_BEFORE_M, max(heels - 0.03, SEAT_LEAST_DEPTH_M - SEAT_BEHIND_M))
+        name, kind, front = (
+            "seat",
+            "chair",
+            min(SEAT_BEFORE_M, max(heels - 0.03, SEAT_LEAST_DEPTH_M - SEAT_BEHIND_M)),
+        )
         half = (front + SEAT_BEHIND_M) / 2
     middle = place[:2] + facing * (front - half)
     height = max(top - floor, 0.02)
-    size = [round(2 * half, 3), 1.0 if lying else SEAT_WIDTH_M, round(height, 3)]
     position = [round(float(middle[0]), 3), round(float(middle[1]), 3), round(floor, 3)]
-    table = {"name": name, "kind": kind, "position_m": position, "yaw_rad": round(yaw, 3), "size_m": size}
+    table: dict[str, Any] = {"name": name, "kind": kind, "position_m": position, "yaw_rad": round(yaw, 3)}
+    if lying:
+        table["size_m"] = [round(2 * half, 3), 1.0, round(height, 3)]
+    else:  # open below, where heels and calves go
+        table |= {
+            "seat_height_m": round(height, 3),
+            "seat_depth_m": round(2 * half, 3),
+            "seat_width_m": SEAT_WIDTH_M,
+            "seat_m": round(min(SEAT_THICK_M, height / 2), 3),
+            "back": False,
+        }
     seconds = sum(float(motion.times_s[b] - motion.times_s[a]) for a, b in spans)
     how = "lies" if lying else "rests"
     why = (
@@ -187,7 +204,7 @@ def _stands(motion: _Motion, scene: Scene) -> list[Suggestion]:
         middle = motion.soles_m[side].mean(axis=1)  # (T, 3)
         known = geometry.support_height(scene, middle[:, :2])
         over = motion.soles_m[side][..., 2].min(axis=1) - known
-        level = np.ptp(motion.soles_m[side][..., 2], axis=1) < SAME_HEIGHT_M
+        level = np.ptp(motion.soles_m[side][..., 2], axis=1) < FOOT_TILT_M
         still = _speed(middle, motion.times_s) < FOOT_STILL_MPS
         for first, last in _spans(still & level, motion.times_s, FOOT_LEAST_S):
             stands.append((float(np.median(over[first : last + 1])), side, first, last))
@@ -228,7 +245,8 @@ def _stand(
     across = np.array([-along[1], along[0]])
     reach, wide = (prints[:, :2] - centre) @ along, (middles - centre) @ across
     floor = float(geometry.ground_height(scene.ground, centre))
-    height = max(float(np.median(prints[:, 2])) - floor, 0.01)
+    # the lowest corners: no foot stands in what bears it
+    height = max(float(np.median(prints[:, 2].reshape(-1, 4).min(axis=1))) - floor, 0.01)
     length = float(np.ptp(reach)) + 2 * MARGIN_M
     drift = float(np.ptp(wide))
     beam = length / max(drift, 0.05) > BEAM_ASPECT and drift < BEAM_WIDTH_MAX_M

@@ -203,7 +203,7 @@ def test_sections_are_replaced_and_others_kept() -> None:
 def test_shipped_suites_are_valid(name: str) -> None:
     """Every plan key that a variant replaces is there, every score of a table is known."""
     assert suite.read(name).name == name
-    assert {"main", "ablation", "force"} <= set(suite.names())
+    assert {"main", "ablation", "contact", "force"} <= set(suite.names())
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,9 @@ def test_bad_suites(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 
 def test_no_such_suite() -> None:
-    with pytest.raises(InputError, match=r"no suite 'mane'; valid: ablation, force, main, or a path"):
+    with pytest.raises(
+        InputError, match=r"no suite 'mane'; valid: ablation, contact, force, main, or a path"
+    ):
         suite.read("mane")
 
 
@@ -246,6 +248,60 @@ def test_dropping_parts_of_the_evidence(data: Path) -> None:
     assert task.dropped(given, ("keypoints",)).joint_names == given.joint_names
     with pytest.raises(InputError, match="nothing left"):
         task.dropped(given, ("joints",))
+
+
+def test_a_clip_has_a_plan_and_a_height_of_its_own(data: Path, tmp_path: Path) -> None:
+    chosen = suite.read(data / "tiny.toml")
+    tall = replace(chosen.clip[0], name="tall", plan="flips", height_m=1.9)
+    first, second = task.tasks(replace(chosen, clip=(chosen.clip[0], tall), seeds=(0,)), data, tmp_path)[::2]
+    assert (first.plan, second.plan) == ("quick", "flips")
+    assert suite.with_plan(replace(chosen, clip=(tall,)), "default").clip[0].plan is None
+    one = {"seeds": (0,), "variant": chosen.variant[:1]}
+    (usual,) = run(data, tmp_path, **one)["runs"]
+    (other,) = run(data, tmp_path, **one, clip=(replace(tall, plan=None),))["runs"]
+    assert usual["key"] != other["key"]
+    made = json.loads((tmp_path / "runs" / "tall" / "full" / "seed0" / "result" / "report.json").read_text())
+    assert made["person"]["height_m"] == pytest.approx(1.9)
+    assert usual["run"]["cpu_per_second"] > 0
+
+
+def test_checks_and_pictures_stand_beside_the_tables(data: Path, tmp_path: Path) -> None:
+    settings = {"mass_kg": 70.0, "stiffness_Npm": 2e4, "timestep_s": 0.01}
+    check = suite.Check("a block sinks", "sink", 2.0, settings)
+    drawn = suite.Picture("stand", ("lowest", "0.1"))
+    chosen = suite.read(data / "tiny.toml")
+    content = run(data, tmp_path, seeds=(0,), variant=chosen.variant[:1], check=(check,), picture=(drawn,))
+    assert content["checks"][0]["met"]
+    assert content["pictures"] == ["stand.png"]
+    assert (tmp_path / "pictures" / "stand.png").is_file()
+    assert "| a block sinks | 34.3" in (tmp_path / "tiny.md").read_text(encoding="utf-8")
+
+
+def test_a_target_against_another_clip() -> None:
+    clips = tuple(suite.Clip(name, "e", "t") for name in "ab")
+    bound = suite.Bound("ratio", at_most=1.3)
+    target = suite.Target("t", "mpjpe_g_mm", (bound,), against="result", against_clip="a", clips=("b",))
+    given = suite.Suite("p", "quick", (0,), clips, (), target=(target,))
+    (found,) = tables.targets(given, [row("a", 1, 10), row("b", 1, 12)])
+    assert found["must"][0]["value"] == pytest.approx(1.2)
+    assert found["met_must"] is True
+
+
+@pytest.mark.parametrize(
+    ("added", "message"),
+    [
+        ('[[check]]\nname = "a"\nformula = "sunk"\nwithin_pct = 2.0\nsettings = {}', "'sunk'; valid: sink"),
+        (
+            '[[check]]\nname = "a"\nformula = "sink"\nwithin_pct = 2.0\nsettings = { mass_kg = 7.0 }',
+            "settings: found mass_kg; valid: mass_kg, stiffness_Npm, timestep_s",
+        ),
+        ('[[picture]]\nclip = "sit"\nat = ["lowest"]', "picture: clip: found 'sit'; valid: stand"),
+    ],
+)
+def test_bad_checks_and_pictures(tmp_path: Path, added: str, message: str) -> None:
+    (tmp_path / "bad.toml").write_text(f"{SUITE}\n{added}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        suite.read(tmp_path / "bad.toml")
 
 
 def row(clip: str, kinematic: float, result: float, seed: int = 0) -> dict[str, object]:

@@ -47,7 +47,7 @@ def settings(
 ) -> Plan:
     return Plan(
         "a test",
-        Simulation(0.012),
+        Simulation(0.012, "usual"),
         WindowPlan(length_s, overlap_s, 0.2),
         Optimiser(
             covariance="diagonal",

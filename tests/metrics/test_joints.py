@@ -41,12 +41,12 @@ def scores(motion: Array, clip: joints.Clip) -> dict[str, float]:
 def test_a_standing_body_is_perfect_against_itself() -> None:
     found = scores(still(), on())
     for name, value in found.items():
-        if name.startswith(("implied_grf", "f1_", "contact_f1", "pck", "foot_contact")):
+        if name.startswith(("implied_grf", "f1_", "contact_f1", "touch_f1", "pck", "foot_contact")):
             continue
         assert value == pytest.approx(0, abs=1e-9), name
     assert found["implied_grf_mean_pct"] == pytest.approx(100)
     assert found["implied_grf_max_pct"] == pytest.approx(100)
-    assert found["contact_f1"] == found["f1_left_heel"] == 1
+    assert found["contact_f1"] == found["f1_left_heel"] == found["touch_f1"] == found["touch_f1_least"] == 1
     assert found["pck_pct"] == 100
     assert "implied_grf_ballistic_pct" not in found  # nobody flies
 

@@ -68,7 +68,8 @@ def sitting_down(person: Body) -> tuple[Array, ...]:
 def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
     (seat,) = found(person, Scene(), *sitting_down(person))
     assert seat.item.name == "seat"
-    assert seat.item.kind == "box"
+    assert seat.item.kind == "chair"
+    assert seat.item.parameters["back"] is False
     (span,) = seat.spans
     assert span[0] == pytest.approx(45, abs=6)
     assert span[1] == pytest.approx(81, abs=6)
@@ -83,7 +84,7 @@ def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
     data.qpos[:] = lift(pose(person, flexed=np.pi / 2), x=-0.4, z=-0.005)
     mujoco.mj_forward(model, data)
     touching = {model.geom(g).name for pair in data.contact.geom for g in pair}
-    assert {"item/seat", "left_buttock", "right_buttock"} <= touching
+    assert {"item/seat/seat", "left_buttock", "right_buttock"} <= touching
     assert not touching & {"left_calf", "left_shin"}
 
 
@@ -153,4 +154,19 @@ def test_the_bench_of_the_sit_to_stand_clip(shared_data, capsys, tmp_path) -> No
     assert cli.main(["scene", "suggest", str(clip), "-o", str(tmp_path / "s.toml")]) == 0
     assert "rests 6 times" in capsys.readouterr().out
     (seat,) = scenes.read(tmp_path / "s.toml").items
-    assert 0.38 < seat.parameters["size_m"][2] < 0.48
+    assert 0.38 < seat.parameters["seat_height_m"] < 0.48
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("camera", ["cam01", "cam03"])
+def test_the_beam_of_a_walk(camera, shared_data, tmp_path) -> None:
+    """By one camera, for a person of known height; the beam's top is 0.065 m high, at y = -0.016."""
+    from simrecon import cli
+
+    clip = shared_data / "evidence" / f"pose2sim_beam_{camera}.npz"
+    target = tmp_path / "s.toml"
+    assert cli.main(["scene", "suggest", str(clip), "--height-m", "1.65", "-o", str(target)]) == 0
+    (beam,) = scenes.read(target).items
+    assert beam.kind == "beam"
+    assert beam.parameters["height_m"] == pytest.approx(0.065, abs=0.02)
+    assert beam.position_m[1] == pytest.approx(-0.016, abs=0.05)

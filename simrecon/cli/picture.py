@@ -1,0 +1,33 @@
+"""`simrecon picture`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from simrecon.cli import arguments
+from simrecon.results import picture
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    draw = arguments.command(commands, "picture", _picture, "draw frames of a result, with its forces")
+    draw.add_argument("result", metavar="OUT", help="result folder")
+    draw.add_argument(
+        "--at",
+        nargs="+",
+        default=list(picture.WORDS),
+        metavar="WHEN",
+        help=f"seconds, {', '.join(picture.WORDS)} [all of these]",
+    )
+    draw.add_argument("-o", dest="output", metavar="PNG", help="picture [the result's name, .png, beside it]")
+
+
+def _picture(options: argparse.Namespace) -> int:
+    folder = Path(options.result).resolve()
+    target = Path(options.output or folder.with_name(f"{folder.name}.png"))
+    frames = picture.write(options.result, target, options.at)
+    print(f"frames    {', '.join(map(str, frames))}")
+    print(f"written   {target}")
+    return 0
