@@ -102,7 +102,7 @@ class Simulator:
         out = self._out.setdefault(steps, {}) if count == self.batch.nsim else {}
         started = time.perf_counter()
         record = ("qpos", "site_xpos", "subtree_com")
-        with _unlogged():
+        with unlogged():
             out.update(self.batch.rollout(steps, ctrl, record=record, ids=ids, out=out))
         self.seconds += time.perf_counter() - started
         self.steps += count * steps
@@ -156,7 +156,7 @@ def replay(model: mujoco.MjModel, state: Array, ctrl: Array) -> Array:
     data = mujoco.MjData(model)
     set_state(model, data, state)
     states = [get_state(model, data)]
-    with _unlogged():
+    with unlogged():
         for row in ctrl:
             data.ctrl[:] = row
             mujoco.mj_step(model, data)
@@ -165,8 +165,11 @@ def replay(model: mujoco.MjModel, state: Array, ctrl: Array) -> Array:
 
 
 @contextlib.contextmanager
-def _unlogged() -> Iterator[None]:
-    """Keep MuJoCo from writing a line to stderr and MUJOCO_LOG.TXT for every rollout that diverges."""
+def unlogged() -> Iterator[None]:
+    """Keep MuJoCo from writing a line to stderr and MUJOCO_LOG.TXT for every rollout that diverges.
+
+    The setting is the process's: who rolls out on several threads of Python's does so within one of these.
+    """
     before, quiet = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     quiet.logto_console = quiet.logto_file = False
     quiet.set()

@@ -274,14 +274,14 @@ def test_eval_prints_every_score_with_its_definition(
     assert "valid: one" in capsys.readouterr().err
 
 
-def test_evidence_outside_the_world_has_no_scores(
+def test_evidence_outside_the_world_has_scores_of_poses_only(
     inputs: Path, result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_truth(tmp_path / "truth.npz", result, 0.0)
     given = ["eval", str(result), str(tmp_path / "truth.npz"), str(inputs / "clip.npz")]
     assert cli.main(given) == 0
     shown = capsys.readouterr().out.splitlines()[0].split()
-    assert shown == ["result", "kinematic", "reference", "[result]"]
+    assert shown == ["result", "kinematic", "input", "reference", "[result]"]
 
 
 def test_every_score_has_a_definition(result: Path, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def drafted(problem: Problem, windows: Sequence[Window], start: Handover, thread
     if not steps:
         return problem
     count = threads() if callable(threads) else threads
-    with ThreadPoolExecutor(count or os.cpu_count()) as pool:
+    with rollout.unlogged(), ThreadPoolExecutor(count or os.cpu_count()) as pool:
         found = list(pool.map(lambda window: _knots(problem, window, start, steps), windows))
     draft = problem.draft_rad.copy()
     for own in found:  # the next window takes over where it begins

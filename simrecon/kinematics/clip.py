@@ -53,10 +53,11 @@ def fit(
     problem = observe(evidence, skeleton, points, camera, plan)
     parts = _primitives(skeleton, evidence, made)
     contacts = contact_points(skeleton, parts)
-    found, base = _start(evidence, skeleton, problem, camera)
+    free = wanted is None or wanted.betas is None  # lengths are not, if the shape is given
+    found, base = _start(evidence, skeleton, problem, camera, len(bodies.length_names()) if free else 0)
 
     weights = plan if known_world else replace(plan, contact=0.0, penetration=0.0, balance=0.0)
-    objective = Objective(skeleton, contacts, scene, base, problem, weights)
+    objective = Objective(skeleton, contacts, scene, base, problem, weights, lengths=free)
     found, iterations = _minimise(objective, found, plan)
     if not known_world:
         transform = _floor(objective, found, evidence, parts)
@@ -64,7 +65,7 @@ def fit(
         problem = _moved(problem, transform, camera)
         base = transform[:3, :3] @ base
         found = replace(found, root_m=found.root_m @ transform[:3, :3].T + transform[:3, 3])
-        objective = Objective(skeleton, contacts, scene, base, problem, plan)
+        objective = Objective(skeleton, contacts, scene, base, problem, plan, lengths=free)
         found, more = _minimise(objective, found, plan)
         iterations += more
     distribution = "standard" if wanted is None else wanted.distribution
@@ -120,9 +121,9 @@ def _stature_and_mass(skeleton: Skeleton, evidence: Evidence) -> tuple[float, fl
 
 
 def _start(
-    evidence: Evidence, skeleton: Skeleton, problem: Observations, camera: Camera | None
+    evidence: Evidence, skeleton: Skeleton, problem: Observations, camera: Camera | None, lengths: int
 ) -> tuple[Variables, Array]:
-    """Variables to begin with and the root orientation from which its rotation vector is counted."""
+    """Variables to begin with, and the root orientation from which its rotation vector is counted."""
     base = initial.root_orientation(skeleton, problem.joints_m, problem.joint_weights)
     frames = len(evidence.times_s)
     if problem.world_to_camera is not None and camera is not None:
@@ -136,11 +137,8 @@ def _start(
     else:
         root = initial.filled(problem.place_m, problem.place_weights > 0)
     rotvecs = initial.limb_rotations(skeleton, base, problem.joints_m, problem.joint_weights, problem.neutral)
-    lengths, lean = (
-        np.zeros(len(bodies.length_names())),
-        np.zeros((leans(frames, problem.interval_s).shape[1], 3)),
-    )
-    return Variables(root, rotvecs, 0.0, SOLE_M, lengths, lean), base
+    lean = np.zeros((leans(frames, problem.interval_s).shape[1], 3))
+    return Variables(root, rotvecs, 0.0, SOLE_M, np.zeros(lengths), lean), base
 
 
 def _facing_camera(camera: Camera, skeleton: Skeleton, frames: int) -> tuple[Array, Array]:

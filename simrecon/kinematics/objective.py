@@ -160,15 +160,28 @@ class Objective:
         base: Array,
         observations: Observations,
         weights: Kinematics,
+        *,
+        lengths: bool = True,
     ) -> None:
-        """Hold the problem; `base` (T, 3, 3) is the orientation from which the root's rotation is counted."""
+        """Hold the problem.
+
+        Args:
+            skeleton: unscaled.
+            contacts: points of its primitives.
+            scene: what they may touch.
+            base: (T, 3, 3) orientation from which the root's rotation is counted.
+            observations: evidence.
+            weights: and scales of the plan.
+            lengths: whether the skeleton's lengths are unknowns; else L is 0.
+        """
         self.skeleton, self.contacts, self.scene = skeleton, contacts, scene
         self.base, self.observations, self.weights = base, observations, weights
         self.terms: dict[str, float] = {}
         ends = [name.endswith(("_heel", "_toe")) for name in skeleton.point_names]
         self.feet = np.flatnonzero(ends)
-        self.tallness = bodies.length_shares(skeleton)  # (L,)
-        self.stretch = bodies.length_offsets(skeleton)  # (L, 17, 3)
+        count = None if lengths else 0
+        self.tallness = bodies.length_shares(skeleton)[:count]  # (L,)
+        self.stretch = bodies.length_offsets(skeleton)[:count]  # (L, 17, 3)
         self.leans = leans(len(base), observations.interval_s)  # (T, F)
         self.drop = np.outer(ends, [0.0, 0.0, -1.0])  # (M, 3) landmarks that go down with the sole
 

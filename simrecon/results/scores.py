@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from simrecon import evidence
-from simrecon.metrics import joints, statistics
+from simrecon.metrics import joints, plausibility, statistics
 from simrecon.metrics.definitions import DEFINITIONS, GROUPS
 from simrecon.metrics.joints import Clip, Scores
 from simrecon.metrics.truth import BODY_JOINTS, Truth, canonical, covered_times, read_truth
@@ -124,7 +124,7 @@ def _others(reference: Truth, target: joints.Track, given: Path | str | None, on
             found[INPUT] = _of_input(seen, on)
     for name, peer in reference.peers.items():
         found[name] = _both(joints.Track(target.times_s, target.names, peer), on)
-    found[REFERENCE] = joints.plausibility(target, on)
+    found[REFERENCE] = plausibility.plausibility(target, on)
     return found
 
 
@@ -161,7 +161,7 @@ def _table(first: str, found: dict[str, Scores], on: Clip, seed: int | None) -> 
 
 
 def _both(motion: joints.Track, on: Clip) -> Scores:
-    return joints.accuracy(motion, on) | joints.plausibility(motion, on)
+    return joints.accuracy(motion, on) | plausibility.plausibility(motion, on)
 
 
 def text(table: Table) -> str:

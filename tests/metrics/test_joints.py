@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies_
-from simrecon.metrics import bodies, joints
+from simrecon.metrics import bodies, joints, plausibility
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, read_truth
 from simrecon.types import Array, Scene, SceneItem
 
@@ -35,7 +35,7 @@ def on(scene: Scene = Scene(), truth: Array | None = None) -> joints.Clip:  # no
 
 def scores(motion: Array, clip: joints.Clip) -> dict[str, float]:
     track = joints.track(TIMES, NAMES, motion, "motion")
-    return (joints.accuracy(track, clip) | joints.plausibility(track, clip)).values
+    return (joints.accuracy(track, clip) | plausibility.plausibility(track, clip)).values
 
 
 def test_a_standing_body_is_perfect_against_itself() -> None:
@@ -87,7 +87,7 @@ def test_foot_points_that_lie_elsewhere_in_the_foot() -> None:
     assert scores(still(), on(truth=raised))["penetration_rempe_pct"] == 100
     sole = dict.fromkeys(FOOT_POINTS, 0.0)
     track = joints.track(TIMES, NAMES, still(), "motion", sole)
-    found = joints.plausibility(track, on(truth=raised)).values
+    found = plausibility.plausibility(track, on(truth=raised)).values
     assert found["penetration_rempe_pct"] == found["body_penetration_mean_mm"] == 0
     assert found["contact_f1"] == 1
 
@@ -141,7 +141,7 @@ def test_centre_of_mass_and_stature_of_the_template() -> None:
 def test_references_are_plausible(shared_data: Path, clip: str) -> None:
     truth = read_truth(shared_data / "truth" / f"{clip}.npz")
     track = joints.track(truth.times_s, truth.joint_names, truth.joints_m, "reference")
-    found = joints.plausibility(track, joints.clip(track, truth.times_s, Scene())).values
+    found = plausibility.plausibility(track, joints.clip(track, truth.times_s, Scene())).values
     assert found["implied_grf_mean_pct"] == pytest.approx(103, abs=4)
     assert found["implied_grf_max_pct"] < 350
     assert found["body_penetration_mean_mm"] < 2
