@@ -11,7 +11,9 @@ import hashlib
 import io
 import json
 import os
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -26,6 +28,7 @@ from simrecon.engines.problem import Problem
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 SCHEMA = "simrecon.checkpoint/2"
+_DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
 class Store(Protocol):
@@ -158,7 +161,7 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
             handover=Handover(found["state"], found["knots_rad"], int(found["first_knot"])),
             **plain,
         )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError, NotImplementedError, *_DAMAGE):
         return None
 
 

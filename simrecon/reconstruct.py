@@ -15,8 +15,7 @@ import numpy as np
 
 from simrecon import checkpoint as checkpoints
 from simrecon import kinematics, results, schedule
-from simrecon import scene as scenes
-from simrecon.body import Wanted, strength
+from simrecon.body import Wanted
 from simrecon.engines import clip, draft, sampling
 from simrecon.engines import problem as problems
 from simrecon.engines import start as starts
@@ -94,18 +93,17 @@ def reconstruct(
         fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
     marks.append(time.perf_counter())
 
-    person = strength.strengthened(fit.body.mjcf, plan.simulation.strength)
-    mjcf = scenes.build(person, fit.scene, clock.step_s)
-    problem = problems.pose(fit, uniform, mjcf, clock, plan)
+    problem = problems.pose(fit, uniform, problems.mjcf(fit, clock, plan), clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     handover = sampling.start(problem)
     if start is not None:
         problem, handover = starts.from_motion(problem, start)
     windows = schedule.cut(clock, plan)
-    problem = draft.drafted(problem, windows, handover, threads)
     known: list[WindowResult] = []
     if checkpoint is not None:
         known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)
+    if start is None and len(known) < len(windows):
+        problem = draft.drafted(problem, windows, handover, threads)
     earlier_s = sum(result.seconds for result in known)
     solved = clip.solve(
         sampling.Sampler(problem, threads),

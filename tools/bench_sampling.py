@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+import tomllib
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -30,7 +31,7 @@ import references
 
 import simrecon
 from simrecon import evidence, kinematics, plan, rollout, schedule
-from simrecon import scene as scenes
+from simrecon.bench.suite import overridden
 from simrecon.engines import clip as engine
 from simrecon.engines import draft, sampling
 from simrecon.engines import problem as problems
@@ -65,7 +66,7 @@ class Row:
     Attributes:
         mpjpe_g_mm: mean distance of hips, knees, ankles, shoulders, elbows and wrists from what was to be
             tracked, not root-aligned.
-        loss: mean over windows. generations, rollouts, steps: sums, steps of 48 motors each.
+        loss: mean over windows. generations, rollouts, steps: sums, without those of a draft.
         s_per_s: wall time per second of motion. stepping_share: of it, within MuJoCo.
         steps_per_s: simulation steps by wall time; bare_ratio: as a share of bare stepping.
         ended: windows by the rule that ended them.
@@ -155,12 +156,14 @@ def track(
 ) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array]:
     """Solve a clip: the engine, its windows, and the person's configurations (T, nq) at the frames."""
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    problem = problems.pose(fit, seen, scenes.build(fit.body.mjcf, Scene(), clock.step_s), clock, settings)
+    problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
     windows, handover = schedule.cut(clock, settings), sampling.start(problem)
     sampler = sampling.Sampler(draft.drafted(problem, windows, handover, threads), threads)
     results = engine.solve(
         sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None
     )
+    if not results:
+        raise SystemExit("the first window fell, whatever was tried")
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
     qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
     return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]]
@@ -224,13 +227,16 @@ def bare_speed(problem: Problem, results: Iterable[WindowResult], threads: int, 
 
 def changed(settings: Plan, changes: list[str]) -> Plan:
     """The plan with `section.key=value` changed."""
-    for change in changes:
-        place, value = change.split("=")
-        section, key = place.split(".")
-        table = getattr(settings, section)
-        kind: Any = type(getattr(table, key))
-        settings = replace(settings, **{section: replace(table, **{key: kind(value)})})
-    return settings
+    pairs = (change.split("=", 1) for change in changes)
+    return overridden(settings, {place: _toml(value) for place, value in pairs}, "--set")
+
+
+def _toml(value: str) -> Any:
+    """A value as TOML has it; bare words are texts."""
+    try:
+        return tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return value
 
 
 def text(row: Row) -> str:

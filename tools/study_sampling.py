@@ -22,7 +22,6 @@ import bench_sampling
 import numpy as np
 
 from simrecon import plan, schedule
-from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines import sampling
 from simrecon.engines.descent import Descent
@@ -30,14 +29,16 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import Sampler, _Search
 from simrecon.engines.task import Task
 from simrecon.plan import Plan
-from simrecon.types import Array, Handover, Scene, Window
+from simrecon.types import Array, Handover, Window
 
 START_S = 0.5
 RACE_KEPT = 0.6
 """Share of a generation that is rolled out to the end of the window, by its loss over the first half."""
 
+BASE = {"spread": 1.0, "tol_loss": 0.0, "tol_sigma": 0.0}
+
 WAYS: dict[str, dict[str, Any]] = {
-    "default": {},
+    "2 descent steps, 30 generations": {"descent_steps": 2, "generations": 30, "tol_loss": 5e-3},
     "CMA-ES alone, diagonal": {"descent_steps": 0, "generations": 200},
     "CMA-ES alone, full": {"descent_steps": 0, "generations": 200, "covariance": "full"},
     "CMA-ES alone, low rank": {"descent_steps": 0, "generations": 200, "covariance": "low_rank"},
@@ -99,9 +100,10 @@ def main() -> None:
 def task(data: Path, clip: str, threads: int, paper: bool) -> tuple[Problem, Window, Handover]:
     """The window that begins at `START_S`, and what plan `default` hands over to it."""
     settings = plan.read("default")
+    settings = replace(settings, loss=replace(settings.loss, landmark_velocity=0.0))
     fit, seen = bench_sampling.given(data, clip, settings, noisy=False)
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    problem = problems.pose(fit, seen, scenes.build(fit.body.mjcf, Scene(), clock.step_s), clock, settings)
+    problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
     handover, sampler = sampling.start(problem), Sampler(problem, threads)
     for window in schedule.cut(clock, settings):
         if window.start_step * clock.step_s >= START_S:
@@ -118,8 +120,8 @@ def search(
     problem: Problem, window: Window, handover: Handover, name: str, changes: dict[str, Any], threads: int
 ) -> tuple[Array, Array]:
     """Simulation steps and best loss so far, from the warm start on."""
-    optimiser = replace(problem.plan.optimiser, **({"tol_loss": 0.0, "tol_sigma": 0.0} if changes else {}))
-    settings: Plan = replace(problem.plan, optimiser=replace(optimiser, **changes))
+    optimiser = replace(problem.plan.optimiser, **(BASE | changes))
+    settings: Plan = replace(problem.plan, optimiser=optimiser)
     problem = replace(problem, plan=settings)
     if "from zero" in name:
         handover = replace(handover, knots_rad=0.0 * handover.knots_rad)

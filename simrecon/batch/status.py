@@ -27,6 +27,7 @@ class Row:
     kept: bool = False
     video_s: float = 0.0
     window: int = 0
+    furthest: int = 0
     windows: int = 0
     loss: float | None = None
     message: str = ""
@@ -109,8 +110,9 @@ def _apply(state: State, gained: dict[str, int], event: Event) -> None:
         row.window, row.windows = event.get("window", row.window), event.get("windows", row.windows)
         row.stage, row.part = event.get("stage", ""), event.get("part", 0.0)
         row.loss, row.message = event.get("loss", row.loss), event.get("message", row.message)
-        if kind == "window":
+        if kind == "window" and row.window > row.furthest:  # after a fall windows are done again
             gained[name] = gained.get(name, 0) + 1
+        row.furthest = max(row.furthest, row.window)
 
 
 def _left(state: State, gained: dict[str, int], now: float) -> float | None:

@@ -92,10 +92,16 @@ def run(
     content["checks"] = [checked(check) for check in suite.check]
     content["targets"] = tables.targets(suite, content["runs"])
     done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
+    content["pictures"] = []
+    _save(suite, content, output)  # before the pictures, which can fail
     content["pictures"] = _pictures(suite, done, output)
+    _save(suite, content, output)
+    return content
+
+
+def _save(suite: Suite, content: Row, output: Path) -> None:
     write(output / f"{suite.name}.json", json.dumps(content, indent=1) + "\n")
     write(output / f"{suite.name}.md", tables.page(suite, content))
-    return content
 
 
 def _pictures(suite: Suite, done: list[Task], output: Path) -> list[str]:

@@ -31,7 +31,7 @@ RUN_SCORES = (
     "fallback",
     "replay_exact",
     "check_qpos_error",
-    "fit_cpu_s",
+    "fit_cpu_per_second",
 )
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
 
@@ -283,7 +283,10 @@ def _value(kind: Any, given: Any, where: str) -> Any:
     if typing.get_origin(kind) is dict:
         if not isinstance(given, dict):
             raise InputError(f"{where} must be a table, found {given!r}")
-        return given
+        inner = typing.get_args(kind)[1]
+        return (
+            given if inner is Any else {key: _value(inner, v, f"{where} {key}") for key, v in given.items()}
+        )
     accepted: Any = int | float if kind is float else kind
     if not isinstance(given, accepted) or (isinstance(given, bool) and kind is not bool):
         noun = {str: "text in quotes", float: "a number", int: "a whole number", bool: "true or false"}[kind]
@@ -370,5 +373,7 @@ def _check_output(suite: Suite, path: Path) -> None:
         if set(check.settings) != set(valid):
             found = f"settings: found {', '.join(check.settings) or 'none'}"
             raise InputError(f"{path}: check {check.name}: {found}; valid: {', '.join(valid)}")
+    if suite.picture and suite.half != "both":
+        raise InputError(f"{path}: picture: found with half = {suite.half!r}; valid: with both halves")
     for picture in suite.picture:
         _choice(f"{path}: picture: clip", picture.clip, clips)

@@ -171,7 +171,7 @@ def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[st
         status = "done"
     table = scores.score_fit(path, truth, given)
     said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
-    return said | {"run": {"fit_cpu_s": fitted.read(path).seconds_per_second}}
+    return said | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
 
 
 def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import Any
 
+import numpy as np
+
+from simrecon import results
 from simrecon.cli import arguments
+from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.results import export
+from simrecon.results.motion import SIMULATED
 
 
 def add(commands: Any) -> None:
@@ -25,4 +31,7 @@ def add(commands: Any) -> None:
 def _export(options: argparse.Namespace) -> int:
     for path in export.write(options.result, tuple(options.to.split(",")), options.output):
         print(f"written  {path}")
-    return 0
+    fallback = int(np.count_nonzero(results.read(options.result).status != SIMULATED))
+    if fallback:
+        print(f"{fallback} frames are not simulated, but the kinematic fit", file=sys.stderr)
+    return EXIT_FALLBACK if fallback else 0

@@ -12,7 +12,7 @@ from typing import Any
 from simrecon import evidence
 from simrecon.cli import arguments
 from simrecon.errors import InputError
-from simrecon.evidence import formats, fov
+from simrecon.evidence import formats, fov, hidden
 from simrecon.evidence.lens import read as read_camera
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M, place
 from simrecon.evidence.video import weights
@@ -60,7 +60,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 def read(options: argparse.Namespace) -> Evidence:
     """Read the input, and say on stderr how it was understood."""
     rate, size = fov.probe(options.video) if options.video is not None else (None, None)
-    camera, lens = _lens(options, options.size or size)
+    size = options.size or size
+    camera, lens = _lens(options, size)
+    if options.unknown_camera and camera is None and size is not None:
+        camera, lens = hidden.usual(size), "unknown"
     label = Path(options.input).name
     asked = evidence.Options(
         format=options.format,

@@ -57,9 +57,9 @@ def solve(
     Returns:
         The windows up to the end, or up to the first one that fell in spite of all retries.
     """
-    found = list(solved)
+    found, end = list(solved), len(windows)
     effort = found[-1].effort if found else Effort()
-    while len(found) < len(windows):
+    while len(found) < end:
         window = windows[len(found)]
         if effort.until < window.index:
             effort = Effort(0, window.index)
@@ -72,10 +72,17 @@ def solve(
             keep(result)
         elif effort.retry < engine.problem.plan.recovery.retries:
             effort = Effort(effort.retry + 1, effort.until)
-            del found[max(0, min(window.index, effort.until - effort.retry)) :]
-        else:
-            break
+            del found[_back(effort, window) :]
+        else:  # what was solved before the first retry is solved again, and the clip ends where it fell
+            end = effort.until
+            del found[_back(effort, window) :]
+            effort = Effort()
     return tuple(found)
+
+
+def _back(effort: Effort, window: Window) -> int:
+    """Index of the window from which a retry begins."""
+    return max(0, min(window.index, effort.until - effort.retry))
 
 
 def fell(problem: Problem, result: WindowResult) -> bool:

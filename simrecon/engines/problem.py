@@ -10,7 +10,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from simrecon import camera as cameras
 from simrecon import kinematics, prior, rollout, rotations, splines
-from simrecon.body import names
+from simrecon import scene as scenes
+from simrecon.body import names, strength
 from simrecon.engines import momentum
 from simrecon.plan import Plan
 from simrecon.prior import Prior
@@ -69,6 +70,13 @@ class Problem:
         first, last = (step // self.clock.stride for step in (window.start_step, window.end_step))
         inner = np.arange(first, last, self.every)
         return np.append(inner, last)
+
+
+def mjcf(fit: KinematicFit, clock: Clock, plan: Plan) -> str:
+    """Text of the model that is simulated: the person, as strong as the plan says, in the scene."""
+    return scenes.build(
+        strength.strengthened(fit.body.mjcf, plan.simulation.strength), fit.scene, clock.step_s
+    )
 
 
 def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: Plan) -> Problem:

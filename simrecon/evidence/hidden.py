@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from simrecon.errors import InputError
+from simrecon.evidence import fov
 from simrecon.types import Camera, Evidence
 
 
@@ -30,7 +29,4 @@ def unknown_camera(evidence: Evidence) -> Evidence:
 
 def usual(size_px: tuple[int, int]) -> Camera:
     """A pinhole whose focal length is the diagonal of an image of (width, height)."""
-    width, height = size_px
-    focal = math.hypot(width, height)
-    matrix = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
-    return Camera(matrix, np.zeros(5), None, size_px)
+    return fov.pinhole(math.hypot(*size_px), size_px)

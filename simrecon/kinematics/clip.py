@@ -53,7 +53,7 @@ def fit(
     problem = observe(evidence, skeleton, points, camera, plan)
     parts = _primitives(skeleton, evidence, made)
     contacts = contact_points(skeleton, parts)
-    free = wanted is None or wanted.betas is None  # lengths are not, if the shape is given
+    free = plan.shape and (wanted is None or wanted.betas is None)  # whether lengths are unknowns
     found, base = _start(evidence, skeleton, problem, camera, len(bodies.length_names()) if free else 0)
 
     weights = plan if known_world else replace(plan, contact=0.0, penetration=0.0, balance=0.0)
@@ -101,7 +101,8 @@ def _seeds(evidence: Evidence, count: int) -> IntArray | None:
     """The frames with the best landmark scores on average (Gärtner 2022, section 3.4); None: all."""
     if not count or not evidence.keypoint_names:
         return None
-    known = np.isfinite(evidence.joints_m).all(axis=(1, 2))
+    there = np.asarray(np.isfinite(evidence.joints_m).all(axis=2))  # (T, K)
+    known = there[:, there.any(axis=0)].all(axis=1)
     mean = np.where(known, evidence.scores.mean(axis=1), -1.0)
     return np.sort(np.argsort(-mean, kind="stable")[:count])
 
@@ -164,10 +165,7 @@ def _floor(
     frames = len(found.root_m)
     rows = np.unique(np.linspace(0, frames - 1, min(frames, FLOOR_FRAMES)).round().astype(int))
     pose, scale = objective.pose(found), float(np.exp(found.log_scale))
-    some = forward.Pose(
-        *(values[:, rows] for values in (pose.origins_m, pose.axes, pose.before, pose.jacobians))
-    )
-    skin = ground.skin(objective.skeleton, parts, some, scale, found.sole_m)
+    skin = ground.skin(objective.skeleton, parts, forward.at(pose, rows), scale, found.sole_m)
     transform = ground.transform(*skin, tilt=evidence.joints_frame != "world")
     transform[2, 3] += objective.scene.ground.height_m
     return transform

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simrecon import rotations
+from simrecon import kinematics, rotations
 from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.errors import InputError
@@ -45,13 +45,14 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
     )
     interpolated = np.zeros(len(on_grid.times_s), dtype=np.bool_)
     interpolated[grid[report.get("frames", {}).get("interpolated_frames", [])]] = True
+    qpos = on_clock(motion.times_s, motion.kinematic_qpos[:, : coordinates(body)], on_grid.times_s)
     return bare, KinematicFit(
         body=body,
         scene=scenes.read(path / folders.SCENE),
         camera=None,
         times_s=on_grid.times_s,
-        qpos=on_clock(motion.times_s, motion.kinematic_qpos[:, : coordinates(body)], on_grid.times_s),
-        com_m=_columns(motion.times_s, motion.com_m, on_grid.times_s),
+        qpos=qpos,
+        com_m=kinematics.configurations(body, qpos)[0],
         reprojection_px=np.empty((len(on_grid.times_s), 0)),
         interpolated=interpolated,
         iterations=0,

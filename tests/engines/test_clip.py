@@ -44,7 +44,7 @@ class Scripted:
         rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)[:, :3] -= down
         return WindowResult(
             window=window,
-            ctrl=np.zeros((window.commit_step - window.start_step, model.nu)),
+            ctrl=np.full((window.commit_step - window.start_step, model.nu), self.draws[-1]),
             states=states,
             loss=1.0,
             loss_terms={},
@@ -103,6 +103,21 @@ def test_a_fall_that_no_retry_mends_ends_the_clip(problem: Problem) -> None:
     assert 1 not in kept
 
 
+def test_what_was_solved_before_a_retry_is_not_lost_by_it(problem: Problem) -> None:
+    class Unlucky(Scripted):
+        def solve(
+            self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort
+        ) -> WindowResult:
+            self.falls = {3: RETRIES + 1} | ({1: RETRIES + 1} if effort.retry == RETRIES else {})
+            return super().solve(window, handover, rng, effort)
+
+    plain, _ = solve(Scripted(problem, {}))
+    found, _ = solve(Unlucky(problem, {}))
+    assert [(result.window.index, result.effort.retry) for result in found] == [(0, 0), (1, 0), (2, 0)]
+    for one, two in zip(found, plain, strict=False):
+        np.testing.assert_array_equal(one.ctrl, two.ctrl)
+
+
 def test_a_window_that_failed_has_fallen_whatever_the_corridor(problem: Problem) -> None:
     engine = Scripted(problem, {})
     window = schedule.cut(problem.clock, problem.plan)[0]
@@ -149,3 +164,5 @@ def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: i
     again, _ = solve(Scripted(problem, falls), tuple(state))
     assert [r.window.index for r in again] == [r.window.index for r in whole]
     assert [r.effort for r in again] == [r.effort for r in whole]
+    for one, two in zip(again, whole, strict=True):
+        np.testing.assert_array_equal(one.ctrl, two.ctrl)

@@ -14,9 +14,10 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, times_s
 from simrecon.types import Array, Evidence
 
+# No image is so wide.
+PLACE_MAX_PX = 1e6
 # A detection belongs to a track if its points moved less than this share of the person's size, and more after
 # a gap; a track waits so many frames.
-PLACE_MAX_PX = 1e6
 MOVE_MAX, GAP_MAX = 0.35, 30
 # Tracks shorter than this share of the longest are taken for false detections.
 SHORT_SHARE = 0.1
