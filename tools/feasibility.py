@@ -3,8 +3,8 @@
 usage: python tools/feasibility.py --data DATA
 
 Of every stretch of frames in which all parts of the body are more than 5 cm over the floor: the time aloft,
-the time that the rise of the centre of mass allows, the vertical acceleration (free fall: -9.81 m/s²), and the
-angular momentum about the centre of mass, which can't change in flight.
+the time that the rise of the centre of mass allows, the vertical acceleration (free fall: -9.81 m/s²), and
+the angular momentum about the centre of mass, which can't change in flight.
 """
 
 from __future__ import annotations

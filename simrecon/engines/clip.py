@@ -73,7 +73,9 @@ def solve(
         elif effort.retry < engine.problem.plan.recovery.retries:
             effort = Effort(effort.retry + 1, effort.until)
             del found[_back(effort, window) :]
-        else:  # what was solved before the first retry is solved again, and the clip ends where it fell
+        elif window.index == effort.until:
+            break
+        else:  # what the retries lost is solved again as it was at first, and the clip ends where it fell
             end = effort.until
             del found[_back(effort, window) :]
             effort = Effort()

@@ -49,6 +49,7 @@ def test_the_fit_is_read_back_on_its_uniform_clock(run: Any, finished: Path) -> 
     assert fit.body.mass_kg == pytest.approx(run.fit.body.mass_kg)
     assert fit.body.height_m == pytest.approx(run.fit.body.height_m)
     assert not fit.interpolated.any()
+    np.testing.assert_allclose(fit.com_m[known], run.fit.com_m[known], atol=1e-5)
 
 
 def test_a_result_without_its_fit_is_refused(tmp_path: Path, run: Any) -> None:
