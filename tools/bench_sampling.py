@@ -6,8 +6,8 @@ usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips 
        python tools/bench_sampling.py --compare A.json B.json
 
 DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
-table. Bare stepping is `mujoco.batch` alone: the same model, as many rollouts, the control that was found,
-right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+table. Bare stepping is `mujoco.batch` alone: the same model, states and controls, one batch in so many of the
+engine's own, right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
 
 --feasible tracks what the engine did when it tracked the clip: a motion that this body can do, so that the
 error is the engine's alone. `tools/feasibility.py` tells what the clips ask for beyond that.
@@ -16,6 +16,7 @@ error is the engine's alone. `tools/feasibility.py` tells what the clips ask for
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import time
 import tomllib
@@ -38,7 +39,7 @@ from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.plan import Plan
-from simrecon.types import Array, Evidence, KinematicFit, Scene, WindowResult
+from simrecon.types import Array, Evidence, IntArray, KinematicFit, Scene, WindowResult
 
 COLUMNS = {
     "mpjpe_g_mm": "MPJPE-G, mm",
@@ -52,6 +53,9 @@ COLUMNS = {
     "bare_ratio": "of bare",
 }
 
+Batch = tuple[Array, Array]
+"""States (P, nstate) and controls (P, N, nu)."""
+EVERY = 20
 JOINTS = tuple(
     f"{side}_{joint}"
     for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -153,12 +157,13 @@ def given(data: Path, clip: str, settings: Plan, noisy: bool) -> tuple[Kinematic
 
 def track(
     fit: KinematicFit, seen: Evidence, settings: Plan, seed: int, threads: int
-) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array]:
-    """Solve a clip: the engine, its windows, and the person's configurations (T, nq) at the frames."""
+) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array, list[Batch]]:
+    """Solve a clip: the engine, its windows, the person's configurations (T, nq), and some of its batches."""
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
     problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
     windows, handover = schedule.cut(clock, settings), sampling.start(problem)
     sampler = sampling.Sampler(draft.drafted(problem, windows, handover, threads), threads)
+    batches = record(sampler.simulator)
     results = engine.solve(
         sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None
     )
@@ -166,12 +171,12 @@ def track(
         raise SystemExit("the first window fell, whatever was tried")
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
     qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
-    return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]]
+    return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]], batches
 
 
 def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) -> KinematicFit:
     """What the engine does of a clip, as the next thing to be tracked."""
-    _, _, qpos = track(fit, seen, settings, 0, threads)
+    _, _, qpos, _ = track(fit, seen, settings, 0, threads)
     count = len(qpos)
     return replace(
         fit,
@@ -186,7 +191,7 @@ def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) ->
 def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int, threads: int) -> Row:
     """Track one clip."""
     began = time.perf_counter()
-    sampler, results, qpos = track(fit, seen, settings, seed, threads)
+    sampler, results, qpos, batches = track(fit, seen, settings, seed, threads)
     wall_s = time.perf_counter() - began
     problem, simulator = sampler.problem, sampler.simulator
     rows = [fit.body.skeleton.point_names.index(name) for name in JOINTS]
@@ -204,24 +209,34 @@ def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int,
         s_per_s=wall_s / (problem.clock.steps * problem.clock.step_s),
         stepping_share=simulator.seconds / wall_s,
         steps_per_s=speed,
-        bare_ratio=speed / bare_speed(problem, results, threads),
+        bare_ratio=speed / bare_speed(problem, batches, threads),
         ended={ending: endings.count(ending) for ending in sorted(set(endings))},
     )
 
 
-def bare_speed(problem: Problem, results: Iterable[WindowResult], threads: int, repeats: int = 5) -> float:
-    """Steps per second of `mujoco.batch` alone under the control that was found."""
-    count = problem.plan.optimiser.population
-    batch = mujoco.batch.Batch(problem.model, count, threads)
+def record(simulator: rollout.Simulator) -> list[Batch]:
+    """A list that grows with states and controls of every `EVERY`-th batch of a simulator."""
+    run, kept, calls = simulator.run, list[Batch](), itertools.count(1)
+
+    def recorded(state: Array, ctrl: Array, at_steps: IntArray) -> rollout.Rollouts:
+        if next(calls) % EVERY == 0:
+            kept.append((np.broadcast_to(state, (len(ctrl), state.shape[-1])).copy(), ctrl.copy()))
+        return run(state, ctrl, at_steps)
+
+    simulator.run = recorded  # type: ignore[method-assign]
+    return kept
+
+
+def bare_speed(problem: Problem, batches: Iterable[Batch], threads: int) -> float:
+    """Steps per second of `mujoco.batch` alone."""
+    batch = mujoco.batch.Batch(problem.model, problem.plan.optimiser.population, threads)
     seconds, steps = 0.0, 0
-    for result in results:
-        ctrl = np.repeat(result.ctrl[None], count, axis=0)
-        for _ in range(repeats):
-            batch.state[:] = result.states[0]
-            began = time.perf_counter()
-            batch.rollout(ctrl.shape[1], ctrl)
-            seconds += time.perf_counter() - began
-            steps += count * ctrl.shape[1]
+    for state, ctrl in batches:
+        batch.state[: len(ctrl)] = state
+        began = time.perf_counter()
+        batch.rollout(ctrl.shape[1], ctrl, ids=np.arange(len(ctrl)))
+        seconds += time.perf_counter() - began
+        steps += ctrl.shape[0] * ctrl.shape[1]
     return steps / seconds
 
 
