@@ -14,7 +14,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from simrecon import rollout
+from simrecon import blas, rollout
 from simrecon.engines.problem import Problem
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
@@ -30,6 +30,7 @@ class Engine(Protocol):
         """Optimise a window from where the last one ended."""
 
 
+@blas.one_thread()
 def solve(
     engine: Engine,
     windows: Sequence[Window],

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from simrecon import rollout
+from simrecon import blas, rollout
 from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
@@ -20,6 +20,7 @@ from simrecon.rollout import Simulator, Threads
 from simrecon.types import Array, Handover, Window
 
 
+@blas.one_thread()
 def drafted(problem: Problem, windows: Sequence[Window], start: Handover, threads: Threads = 0) -> Problem:
     """The problem with knots from `draft_steps` Gauss-Newton steps on every window by itself.
 

@@ -8,9 +8,9 @@ from functools import partial
 import mujoco
 import numpy as np
 
+from simrecon import blas, rotations
 from simrecon import body as bodies
 from simrecon import camera as cameras
-from simrecon import rotations
 from simrecon.body import names, primitives, shape, shaped
 from simrecon.evidence import visibility
 from simrecon.kinematics import forward, ground, initial, search, world
@@ -31,6 +31,7 @@ from simrecon.types import Array, Body, Camera, Evidence, IntArray, KinematicFit
 FLOOR_FRAMES = 120  # spread over the clip, which are enough for a plane
 
 
+@blas.one_thread()
 def fit(
     evidence: Evidence, scene: Scene, plan: Kinematics, wanted: bodies.Wanted | None = None
 ) -> KinematicFit:

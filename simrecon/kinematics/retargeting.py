@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import prior, rotations
+from simrecon import blas, prior, rotations
 from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.kinematics import forward, initial, search, terms
@@ -63,6 +63,7 @@ class Contacts:
     support_m: Array
 
 
+@blas.one_thread()
 def retarget(fit: KinematicFit, body: Body, weights: Kinematics) -> KinematicFit:
     """Put a motion on another body.
 
