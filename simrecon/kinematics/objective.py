@@ -27,6 +27,7 @@ SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
 # The 3D estimate as a whole leans by some degrees, more or less so as the person turns; lengths measured in
 # it are off by some per cent.
 SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
+LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
 SIGMA_LENGTH = 0.05
 SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
 
@@ -347,7 +348,7 @@ class Objective:
 
 def leans(frames: int, interval_s: float) -> Array:
     """Slow cosines of a clip (T, F), the first one constant; each of root mean square one."""
-    count = 1 + int(2 * frames * interval_s / LEAN_PERIOD_S)
+    count = min(1 + int(2 * frames * interval_s / LEAN_PERIOD_S), LEANS_MAX)
     phase = np.pi * (np.arange(frames)[:, None] + 0.5) / frames * np.arange(min(count, frames))  # (T, F)
     return np.where(np.arange(phase.shape[1]) > 0, np.sqrt(2.0), 1.0) * np.cos(phase)
 

@@ -242,3 +242,9 @@ def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array)
     raw = [curvature(lambda x: objective(x)[0], point, rows, 1e-4) for rows in kinds]
     new = [curvature(lambda x: objective(better.to_variables(x))[0], u, rows, 1e-2) for rows in kinds]
     assert max(new) / min(new) < max(raw) / min(raw)
+
+
+def test_long_clips_have_no_more_leans_than_short_ones() -> None:
+    ten_minutes = leans(18_000, 1 / 30)
+    assert ten_minutes.shape[1] == leans(600, 1 / 30).shape[1] < 40
+    np.testing.assert_allclose(np.sqrt((ten_minutes**2).mean(axis=0)), 1.0, rtol=1e-6)
