@@ -22,10 +22,10 @@ class Term:
     """One term of a loss, at P points of the search space.
 
     Attributes:
-        vectors: (P, ..., d) whose lengths are penalised.
+        vectors: (P, F, ..., d) whose lengths are penalised.
         slope: ρ', a function of the lengths; None: ρ(s) = s².
         floor: lengths below it count as it, for ω is infinite at zero.
-        weight: w, a number or an array (...) of one per vector.
+        weight: w, a number or an array that goes with (F, ...), of one per vector.
     """
 
     vectors: Array
@@ -34,7 +34,7 @@ class Term:
     floor: float = 1.0
 
     def roots(self) -> Array:
-        """√ω (..., 1) at the first of the P points."""
+        """√ω (F, ..., 1) at the first of the P points."""
         at = self.vectors[0]
         if self.slope is None:
             scale = np.broadcast_to(np.asarray(self.weight, float), at.shape[:-1])
@@ -46,19 +46,29 @@ class Term:
 
 
 def residuals(terms: list[Term], roots: list[Array]) -> Array:
-    """All vectors in a row (P, R), each times its √ω."""
-    parts = [root * term.vectors for term, root in zip(terms, roots, strict=True)]
-    return np.concatenate([part.reshape(len(part), -1) for part in parts], axis=1)
+    """All vectors times their √ω, by the frame at which they are known: (P, F, K).
+
+    F is the most frames that a term has. The vectors of a term with fewer, such as velocities, are those of
+    the last frames; before them are zeros.
+    """
+    count, frames = len(terms[0].vectors), max(term.vectors.shape[1] for term in terms)
+    widths = [int(np.prod(term.vectors.shape[2:])) for term in terms]
+    found, end = np.zeros((count, frames, sum(widths))), 0
+    for term, root, width in zip(terms, roots, widths, strict=True):
+        weighted = (root * term.vectors).reshape(count, -1, width)
+        found[:, frames - weighted.shape[1] :, end : end + width] = weighted
+        end += width
+    return found
 
 
 class Quadratic:
     """The sum of squares near a point; its eigenvectors serve all dampings and the sampling covariance."""
 
-    def __init__(self, jacobian: Array, residual: Array) -> None:
-        """Take J (n, R) and r (R,) apart: J Jᵀ = V diag(w) Vᵀ."""
-        values, self._vectors = np.linalg.eigh(jacobian @ jacobian.T)
+    def __init__(self, curvature: Array, gradient: Array) -> None:
+        """Take J Jᵀ = V diag(w) Vᵀ (n, n) apart; gradient is J r (n,), for a Jacobian J (n, R) of r (R,)."""
+        values, self._vectors = np.linalg.eigh(curvature)
         self._values: Array = np.maximum(values, 0.0)
-        self._gradient = self._vectors.T @ (jacobian @ residual)
+        self._gradient = self._vectors.T @ gradient
 
     def steps(self, dampings: Array) -> Array:
         """Levenberg-Marquardt steps -(J Jᵀ + λ)⁻¹ J r, (L, n) for dampings λ (L,)."""

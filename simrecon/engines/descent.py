@@ -7,6 +7,7 @@ begins there.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from simrecon import gauss_newton, rollout
 from simrecon.engines.task import Task
 from simrecon.gauss_newton import Quadratic
 from simrecon.rollout import Rollouts, Simulator
-from simrecon.types import Array
+from simrecon.types import Array, IntArray
 
 # Of the deviation in which an unknown is searched: 0.003 and 0.03 rad for knots were worse than 0.01.
 DIFFERENCE = 0.15
@@ -78,31 +79,57 @@ class Descent:
         return True
 
     def _linearise(self, scale: Array) -> tuple[Array, Array]:
-        """Jacobian (n, R) of the weighted residuals by forward differences, and the residuals (R,)."""
+        """J Jᵀ (n, n) and J r (n,) of the weighted residuals r (R,), J (n, R) by forward differences.
+
+        Residuals lie in the order of their frames, and an unknown acts on those after its first step only. So
+        of each piece of rows, and of those before it, only the last columns meet. The simulator rolls out the
+        next piece meanwhile.
+        """
         task, simulator = self.task, self.simulator
         state, ctrl = task.states(self.x[None])[0], task.control(self.x[None])[0]
         states = rollout.replay(task.problem.model, state, ctrl[:-1])  # (N + 1, nstate)
         nominal = simulator.run(state, ctrl[None], task.at_steps)
         here = task.residuals(nominal)
         roots = [term.roots() for term in here]
-        residual = gauss_newton.residuals(here, roots)[0]
+        residual = gauss_newton.residuals(here, roots)[0]  # (F, K)
         first = task.started(np.arange(len(self.x)))  # (n,)
-        jacobian = np.zeros((len(self.x), len(residual)))
-        self.evaluations += 2.0
-        for start in np.unique(first):
-            rows = np.flatnonzero(first == start)
-            for piece in np.array_split(rows, -(-len(rows) // simulator.population)):
-                moved = np.repeat(self.x[None], len(piece), axis=0)
-                moved[np.arange(len(piece)), piece] += DIFFERENCE * scale[piece]
-                begun = states[start] if start else task.states(moved)
-                after = task.at_steps > start if start else task.at_steps >= 0
-                rolled = simulator.run(begun, task.control(moved)[:, start:], task.at_steps[after] - start)
-                self.evaluations += len(piece) * (1.0 - start / (len(ctrl) - 1))
+        order = np.argsort(first, kind="stable")
+        self.evaluations += 2.0 + float(np.sum(1.0 - first / (len(ctrl) - 1)))
+        jacobian, curvature = np.zeros((len(order), residual.size)), np.zeros((len(order), len(order)))
+
+        def roll(rows: IntArray) -> Rollouts:
+            start = first[rows[0]]
+            moved = np.repeat(self.x[None], len(rows), axis=0)
+            moved[np.arange(len(rows)), rows] += DIFFERENCE * scale[rows]
+            begun = states[start] if start else task.states(moved)
+            after = task.at_steps[_acted(task, start)]
+            return simulator.run(begun, task.control(moved)[:, start:], after - start)
+
+        pieces, end = _pieces(order, first, simulator.population), 0
+        with ThreadPoolExecutor(1) as ahead:
+            for rows, rolled in zip(pieces, ahead.map(roll, pieces), strict=True):
+                after = _acted(task, first[rows[0]])
+                begin, end = end, end + len(rows)
+                column = int(np.argmax(after)) * residual.shape[1]
                 found = gauss_newton.residuals(task.residuals(_joined(nominal, rolled, after)), roots)
-                slope = (found - residual) / DIFFERENCE
+                slope = (found.reshape(len(rows), -1) - residual.ravel())[:, column:] / DIFFERENCE
                 valid = rolled.finite & (np.abs(slope).max(axis=1, initial=0.0) < JACOBIAN_MAX)
-                jacobian[piece] = np.where(valid[:, None], slope, 0.0)
-        return jacobian, residual
+                jacobian[begin:end, column:] = np.where(valid[:, None], slope, 0.0)
+                curvature[begin:end, :end] = jacobian[begin:end, column:] @ jacobian[:end, column:].T
+        curvature = np.tril(curvature) + np.tril(curvature, -1).T
+        back = np.argsort(order)
+        return curvature[np.ix_(back, back)], (jacobian @ residual.ravel())[back]
+
+
+def _pieces(order: IntArray, first: IntArray, most: int) -> list[IntArray]:
+    """Rows in their order, cut so that those of a piece have one first step, and are at most so many."""
+    groups = np.split(order, np.flatnonzero(np.diff(first[order])) + 1)
+    return [piece for group in groups for piece in np.array_split(group, -(-len(group) // most))]
+
+
+def _acted(task: Task, start: int) -> NDArray[np.bool_]:
+    """Frames (F,) of the loss on which an unknown has acted that begins to act at a step."""
+    return task.at_steps > start if start else task.at_steps >= 0
 
 
 def _joined(nominal: Rollouts, rolled: Rollouts, after: NDArray[np.bool_]) -> Rollouts:

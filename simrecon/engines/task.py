@@ -159,10 +159,7 @@ class Task:
         return {name: getattr(weights, name) * value for name, value in terms.items()}
 
     def residuals(self, rolled: Rollouts) -> list[Term]:
-        """The terms of the loss that have a curvature, as vectors, for Gauss-Newton steps.
-
-        Prior and total variation are left to the sampling: their share is small, and they are many.
-        """
+        """The terms of the loss as vectors, for Gauss-Newton steps."""
         problem, target, weights = self.problem, self._targets, self.problem.plan.loss
         points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
@@ -184,6 +181,15 @@ class Task:
         if weights.joint_limit:
             over = losses.limit_excess(losses.joint_rotvecs(orientations), problem.limits_rad)
             terms.append(Term(over[..., None], weights.joint_limit, losses.joint_limit_slope, floor=0.03))
+        if weights.prior:
+            latent = problem.prior.latent(orientations[:, self._prior_rows, 1:])
+            code = np.zeros((*orientations.shape[:2], latent.shape[-1]))
+            code[:, self._prior_rows] = latent
+            terms.append(Term(code, weights.prior * self._prior_share, np.ones_like))
+        if weights.total_variation:
+            jerk = np.diff(points[:, :, problem.joint_rows], n=3, axis=1)
+            share = weights.total_variation / jerk.shape[2]
+            terms.append(Term(jerk[..., None], share, np.ones_like, floor=0.001))
         return terms
 
     def started(self, rows: IntArray) -> IntArray:
