@@ -1,0 +1,143 @@
+"""Many short clips and some broken inputs in one batch: what is done, what is said, and how memory goes.
+
+    python tools/many_clips.py -o OUT [--clips 190] [--broken 10] [--seconds 1] [--plan quick] [--jobs N]
+
+Clips are pieces of the example that ships inside (`bench_batch.py`). Broken inputs are files that are empty,
+cut off, of another kind, without keys, or full of NaN, in turn. Resident memory of the main process and of
+its workers is read once a second from /proc; flat means that the last quarter of the batch needs no more than
+the second one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import bench_batch
+import numpy as np
+
+MIB = 2**20
+FLAT = 1.05
+
+
+def main() -> int:
+    """Run, and print what happened."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", dest="output", type=Path, required=True)
+    parser.add_argument("--clips", type=int, default=190)
+    parser.add_argument("--broken", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=1.0)
+    parser.add_argument("--plan", default="quick")
+    parser.add_argument("--jobs", type=int, default=0)
+    options = parser.parse_args()
+    if options.output.exists():
+        raise SystemExit(f"{options.output}: is there already; give a new folder")
+    inputs, night = options.output / "clips", options.output / "batch"
+    good = bench_batch.cut(inputs, options.clips, options.seconds)
+    for number in range(options.broken):
+        BREAK[number % len(BREAK)](good[0], inputs / f"broken{number:02d}.npz")
+    command = [
+        sys.executable,
+        "-m",
+        "simrecon",
+        "batch",
+        str(inputs),
+        "-o",
+        str(night),
+        "--plan",
+        options.plan,
+    ]
+    command += ["--jobs", str(options.jobs)] if options.jobs else []
+    began = time.perf_counter()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as batch:
+        samples = watch(batch)
+    wall_s = time.perf_counter() - began
+    reports = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(night.glob("*/report.json"))]
+    states = [str(report.get("status", "")) for report in reports]
+    print(f"exit status {batch.returncode}, {wall_s:.0f} s")
+    print({state: states.count(state) for state in sorted(set(states))})
+    for name, values in zip(("main process", "largest worker"), zip(*samples, strict=True), strict=True):
+        quarter = max(len(values) // 4, 1)
+        second, last = statistics.median(values[quarter : 2 * quarter]), statistics.median(values[-quarter:])
+        flat = "flat" if last <= FLAT * second else "GROWING"
+        print(f"{name}: {second:.0f} MiB in the second quarter, {last:.0f} in the last: {flat}")
+    return 0
+
+
+def watch(batch: subprocess.Popen[str]) -> list[tuple[float, float]]:
+    """MiB of the main process and of its largest descendant, once a second until it ends."""
+    found = []
+    while batch.poll() is None:
+        own = resident_mib(batch.pid)
+        others = [resident_mib(pid) for pid in descendants(batch.pid)]
+        if own:
+            found.append((own, max(others, default=0.0)))
+        try:
+            batch.communicate(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            continue
+    return found
+
+
+def resident_mib(pid: int) -> float:
+    """Resident memory of a process; zero if it is gone."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
+    except (OSError, IndexError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / MIB
+
+
+def descendants(pid: int) -> list[int]:
+    """Ids of all processes below one."""
+    found, wanted = [], [pid]
+    while wanted:
+        parent = wanted.pop()
+        try:
+            text = Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii")
+        except OSError:
+            continue
+        children = [int(word) for word in text.split()]
+        found += children
+        wanted += children
+    return found
+
+
+def _empty(_good: Path, path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def _cut_off(good: Path, path: Path) -> None:
+    content = good.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+
+
+def _other_kind(_good: Path, path: Path) -> None:
+    path.write_text("a text\n", encoding="utf-8")
+
+
+def _no_keys(_good: Path, path: Path) -> None:
+    np.savez(path, nothing=np.zeros(3))
+
+
+def _unseen(good: Path, path: Path) -> None:
+    with np.load(good) as given:
+        content = {key: given[key] for key in given.files}
+    content["keypoints_px"] = content["keypoints_px"] * np.nan
+    np.savez(path, **content)
+
+
+BREAK: tuple[Callable[[Path, Path], None], ...] = (_empty, _cut_off, _other_kind, _no_keys, _unseen)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
