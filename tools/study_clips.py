@@ -30,12 +30,13 @@ from simrecon import kinematics, plan, rollout, schedule
 from simrecon.engines import clip as engine
 from simrecon.engines import problem as problems
 from simrecon.engines import sampling
+from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
-from simrecon.types import Array, Evidence, KinematicFit
+from simrecon.types import Array, Effort, Evidence, KinematicFit, Window, WindowResult, WindowStatus
 
 BASE = {"optimiser.generations": 15}
-SMOOTH_S = 0.02
+SMOOTH_S, GROW_S = 0.02, 0.2
 
 WAYS: dict[str, dict[str, Any]] = {
     "as the plan": {},
@@ -58,6 +59,8 @@ WAYS: dict[str, dict[str, Any]] = {
     "sigma by the joint's strength": {},
     "inverse dynamics first": {},
     "trained people's torques": {"simulation.strength": "trained"},
+    "growing horizon, 2 steps each": {},
+    "growing horizon, 4 steps each": {},
 }
 
 
@@ -93,15 +96,57 @@ def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str
     problem = pose(fit, seen, settings, way)
     sampler = sampling.Sampler(problem, options.threads)
     windows, start = schedule.cut(problem.clock, settings), sampling.start(problem)
-    with by_strength(problem) if "strength" in way else contextlib.nullcontext():
-        results = engine.solve(
-            sampler, windows, start, seed, begin=lambda _window: None, keep=lambda _result: None
-        )
+    if way.startswith("growing"):
+        results = grown(problem, sampler, int(way.split()[2]))
+        windows = [result.window for result in results]
+    else:
+        with by_strength(problem) if "strength" in way else contextlib.nullcontext():
+            results = engine.solve(
+                sampler, windows, start, seed, begin=lambda _window: None, keep=lambda _result: None
+            )
     seconds = problem.clock.steps * problem.clock.step_s
     said = {"clip": clip, "way": way, "seed": seed, "windows": len(results), "of": len(windows)}
     said |= {"steps_per_s": sampler.simulator.steps / seconds}
     said |= {"cpu_s_per_s": (time.process_time() - began) / seconds}
     return said | {"mpjpe_g_mm": 1e3 * off(problem, fit, results) if len(results) == len(windows) else None}
+
+
+def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[WindowResult, ...]:
+    """One window from the start of the clip, whose end goes on by `GROW_S`: all knots so far are free."""
+    clock, start = problem.clock, sampling.start(problem)
+    first, by = (round(s / clock.frame_s) * clock.stride for s in (problem.plan.window.length_s, GROW_S))
+    ends = [*range(first, clock.steps, by), clock.steps]
+    best: Descent | None = None
+    for end in ends:
+        task = Task(problem, Window(0, 0, end, end), start)
+        descent = Descent.begin(task, sampler.simulator)
+        if best is not None:
+            width, free = task.shape[1], len(best.x) - best.task.shape[0] * best.task.shape[1]
+            knots, offsets = best.x[: len(best.x) - free].reshape(-1, width), best.x[len(best.x) - free :]
+            more = np.repeat(knots[-1:], task.shape[0] - len(knots), axis=0)
+            x = np.concatenate((knots.ravel(), more.ravel(), offsets))
+            terms, _ = task.evaluate(sampler.simulator, x[None])
+            descent.x, descent.loss = x, sum(float(value[0]) for value in terms.values())
+        for _ in range(descents):
+            descent.step()
+        best = descent
+    if best is None:
+        raise SystemExit("a clip of no steps")
+    return (
+        best.task.commit(
+            best.x,
+            loss=best.loss,
+            loss_terms=best.terms,
+            trace=np.zeros(1),
+            steps=np.zeros(1, np.int64),
+            descent_steps=0,
+            evaluations=0,
+            seconds=0.0,
+            stepping_s=0.0,
+            status=WindowStatus.GENERATIONS,
+            effort=Effort(),
+        ),
+    )
 
 
 def off(problem: Problem, fit: KinematicFit, results: Any) -> float:
