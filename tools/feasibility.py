@@ -4,18 +4,22 @@ usage: python tools/feasibility.py --data DATA
 
 Of every stretch of frames in which all parts of the body are more than 5 cm over the floor: the time aloft,
 the time that the rise of the centre of mass allows, the vertical acceleration (free fall: -9.81 m/s²), and
-the angular momentum about the centre of mass, which can't change in flight.
+the angular momentum about the centre of mass, which can't change in flight. Of all other frames: how far the
+centre of pressure that the motion asks for lies outside of what is within 5 cm of the floor, and the share of
+frames that ask for more friction than there is.
 """
 
 from __future__ import annotations
 
 import argparse
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import references
+from scipy.signal import savgol_filter
+from scipy.spatial import ConvexHull
 
 from simrecon import rollout
 from simrecon import scene as scenes
@@ -23,6 +27,9 @@ from simrecon.types import Array, KinematicFit, Scene
 
 CLEAR_M, SHORTEST = 0.05, 4
 GRAVITY_MPS2 = 9.81
+FRICTION, LEAST_LOAD = 0.9, 0.2
+SMOOTH = 7
+"""Frames of the parabolas that give accelerations."""
 
 
 def main() -> None:
@@ -41,6 +48,12 @@ def main() -> None:
         fit = references.read(options.data / "mocap" / "deepmimic", clip)
         for first, last in flights(fit):
             print(row(clip, fit, first, last))
+    print("\n| clip | centre of pressure outside of the support, mean and most, mm | friction above 0.9, % |")
+    print("|---|---|---|")
+    for clip in references.CLIPS:
+        outside_m, friction = pressure(references.read(options.data / "mocap" / "deepmimic", clip))
+        share = 100 * float((friction > FRICTION).mean())
+        print(f"| {clip} | {1e3 * outside_m.mean():.0f}, {1e3 * outside_m.max():.0f} | {share:.0f} |")
 
 
 def row(clip: str, fit: KinematicFit, first: int, last: int) -> str:
@@ -73,6 +86,47 @@ def flights(fit: KinematicFit) -> list[tuple[int, int]]:
         aloft[frame] = min(gaps) > CLEAR_M
     edges = np.flatnonzero(np.diff(aloft.astype(int)))
     return [(a, b - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
+
+
+def pressure(fit: KinematicFit) -> tuple[Array, Array]:
+    """Distance (S,) of the implied centre of pressure from the support, m, and implied friction (S,).
+
+    S frames with a support and an implied vertical force above `LEAST_LOAD` of the weight. With the force f
+    and the rate of angular momentum L' about the centre of mass c, the centre of pressure on the floor is
+    c_xy - (f_xy c_z + (L'_y, -L'_x)) / f_z.
+    """
+    com_m, momentum = motion_of_mass(fit)
+    interval_s = float(fit.times_s[1] - fit.times_s[0])
+    acceleration = savgol_filter(com_m, SMOOTH, 3, deriv=2, delta=interval_s, axis=0)
+    turning = savgol_filter(momentum, SMOOTH, 3, deriv=1, delta=interval_s, axis=0)
+    model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, Scene(), 0.01))
+    weight = float(model.body_subtreemass[1]) * GRAVITY_MPS2
+    force = weight / GRAVITY_MPS2 * (acceleration + np.array([0.0, 0.0, GRAVITY_MPS2]))
+    at = com_m[:, :2] - (com_m[:, 2:] * force[:, :2] + turning[:, 1::-1] * [1.0, -1.0]) / force[:, 2:]
+    data = mujoco.MjData(model)
+    outside, friction = [], []
+    for frame in np.flatnonzero(force[:, 2] > LEAST_LOAD * weight):
+        data.qpos[:] = fit.qpos[frame]
+        mujoco.mj_kinematics(model, data)
+        points = np.concatenate([lowest(model, data, i) for i in range(model.ngeom) if model.geom_bodyid[i]])
+        near = points[points[:, 2] < CLEAR_M, :2]
+        if len(near) > 2:
+            sides = ConvexHull(near).equations
+            outside.append(max(float((sides[:, :2] @ at[frame] + sides[:, 2]).max()), 0.0))
+            friction.append(float(np.linalg.norm(force[frame, :2]) / force[frame, 2]))
+    return np.array(outside), np.array(friction)
+
+
+def lowest(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
+    """Points (K, 3) of a primitive that may touch the floor: a box's corners, low points of round ends."""
+    size, at, turn = model.geom_size[geom], data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
+        corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+        found: Array = at + (corners * size) @ turn.T
+        return found
+    half = size[1] if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+    ends = at + np.array([[0.0, 0.0, -half], [0.0, 0.0, half]]) @ turn.T
+    return ends - np.array([0.0, 0.0, size[0]])
 
 
 def motion_of_mass(fit: KinematicFit) -> tuple[Array, Array]:
