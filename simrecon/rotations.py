@@ -154,8 +154,9 @@ def left_jacobian(rotvec: ArrayLike) -> Array:
     safe = np.where(small, 1.0, angle)
     a = np.where(small, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
     b = np.where(small, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
-    k = skew(rotvec)
-    jacobian: Array = np.eye(3) + a * k + b * (k @ k)  # (..., 3, 3)
+    outer = rotvec[..., :, None] * rotvec[..., None, :]
+    # [v]ₓ² = v vᵀ - |v|² 1
+    jacobian: Array = (1 - b * angle**2) * np.eye(3) + a * skew(rotvec) + b * outer  # (..., 3, 3)
     return jacobian
 
 

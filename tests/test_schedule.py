@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from simrecon import schedule
 from simrecon.plan import Plan, Simulation, WindowPlan
 from simrecon.schedule import Clock
-from simrecon.types import Effort, Handover, WindowResult, WindowStatus
+from tests.window_results import solved
 
 clocks = st.builds(
     Clock, st.sampled_from([1 / 120, 1 / 60, 1 / 30, 1 / 25, 0.1]), st.integers(1, 6), st.integers(2, 400)
@@ -82,23 +82,11 @@ def test_a_frame_interval_that_is_a_multiple_takes_no_extra_step() -> None:
 
 def test_stitching_keeps_the_order() -> None:
     windows = schedule.cut(Clock(0.1, 5, 21), with_windows(0.8, 0.4))
-    handover = Handover(np.zeros(1), np.zeros((1, 2)))
     results = tuple(
-        WindowResult(
-            window=window,
-            ctrl=np.full((window.commit_step - window.start_step, 2), float(window.index)),
-            states=np.zeros((1, 1)),
-            loss=0.0,
-            loss_terms={},
-            trace=np.zeros(1),
-            steps=np.zeros(1, dtype=np.int64),
-            descent_steps=0,
-            evaluations=1,
-            seconds=0.0,
-            stepping_s=0.0,
-            status=WindowStatus.AT_REST,
-            effort=Effort(),
-            handover=handover,
+        solved(
+            window,
+            np.full((window.commit_step - window.start_step, 2), float(window.index)),
+            np.zeros((1, 1)),
         )
         for window in windows
     )

@@ -11,6 +11,9 @@ from simrecon import resources
 from simrecon.body import mass, names
 from simrecon.types import Primitive, Skeleton
 
+THINNEST_M = 0.01
+"""Of a foot, whose sole a fit that is cut short may leave higher than the ankle."""
+
 
 @cache
 def entries() -> tuple[dict[str, Any], ...]:
@@ -91,6 +94,6 @@ def _sole(
     # from heel to that joint.
     length = float(np.clip(entry["length"] * height_m, measured, 1.35 * measured))
     bottom = 0.5 * (heel[2] + toe[2]) - sole_m
-    thickness = min(entry["thickness"] * height_m, -0.9 * bottom)
+    thickness = max(min(entry["thickness"] * height_m, -0.9 * bottom), THINNEST_M)
     centre = np.array([[heel[0] + 0.5 * length, 0.5 * (heel[1] + toe[1]), bottom + 0.5 * thickness]])
     return centre, np.array([0.5 * length, entry["half_breadth"] * width, 0.5 * thickness])

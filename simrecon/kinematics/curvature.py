@@ -1,11 +1,13 @@
 """The Hessian of the kinematic objective in the approximation of Gauss and Newton, for `conditioning`.
 
 Robust terms count with their weight at the point where it is taken. Terms that the search can do without are
-left out or simplified: an exact Hessian is not needed.
+left out or simplified: an exact Hessian is not needed. It is taken in blocks of frames, as all of it at once
+would be gigabytes of a long clip.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,36 +26,60 @@ LEAST_PRIOR = 2e-4  # twists that nothing sees must have some unit where a plan 
 GRAVITY_MPS2 = 9.81
 
 
+BLOCK = 64
+"""Frames of which the curvature is taken at once."""
+LEAN = 3
+"""Directions in which the 3D estimate of a frame leans."""
+
+
 @dataclass(frozen=True, eq=False)
 class Curvature:
-    """Blocks of the Hessian.
+    """Blocks of the Hessian: the n columns of consecutive frames, and their share of the corner.
 
     Attributes:
-        blocks: of frame t + k with frame t, (T - k, 54, 54), for k = 0, 1, 2.
-        border: (T, 54, m) of a frame with the m shared unknowns.
-        corner: (m, m).
+        blocks: of frame t + k with frame t, (n, 54, 54), for k = 0, 1, 2; fewer where the clip ends.
+        border: (n, 54, 2 + L + 3) of a frame with scale, sole, lengths, and the lean of the frame.
+        leans: (n, F) the lean of a frame by its coefficients.
+        corner: (m, m) of the m = 2 + L + 3 F shared unknowns.
     """
 
     blocks: tuple[Array, Array, Array]
     border: Array
+    leans: Array
     corner: Array
 
+    def wide(self) -> Array:
+        """The border by all shared unknowns, (n, 54, m)."""
+        return _widened(self.border, self.leans)
 
-def curvature(problem: Objective, variables: Variables) -> Curvature:
-    """Curvature of the objective at the variables."""
+
+def curvature(problem: Objective, variables: Variables) -> Iterator[Curvature]:
+    """Curvature of the objective at the variables, one block of frames after the other."""
+    frames = len(problem.base)
+    for start in range(0, frames, BLOCK):
+        stop = min(start + BLOCK, frames)
+        near = slice(max(start - REACH, 0), stop + REACH)
+        found = _block(problem.part(near), variables.part(near), slice(start - near.start, stop - near.start))
+        if start == 0:
+            found.corner[:] += _priors(problem)
+        yield found
+
+
+def _block(problem: Objective, variables: Variables, own: slice) -> Curvature:
+    """Curvature of the `own` frames of a problem of these and their neighbours."""
     see, w, dt = problem.observations, problem.weights, problem.observations.interval_s
     pose, scale = problem.pose(variables), float(np.exp(variables.log_scale))
     skeleton, touch = problem.skeleton, problem.contacts
     offsets = scale * skeleton.point_offsets_m + variables.sole_m * problem.drop
     marks = forward.points(pose, skeleton.point_segments, offsets)
-    moves = _jacobian(skeleton, pose, skeleton.point_segments, marks)  # (T, M, 3, 54)
+    moves = jacobian(skeleton, pose, skeleton.point_segments, marks)  # (T, M, 3, 54)
     wide = np.concatenate((moves, _shared(problem, variables, pose, scale, marks)), axis=-1)
 
-    frames, extra = len(problem.base), wide.shape[-1] - FREE
-    full = np.zeros((frames, FREE + extra, FREE + extra))
+    frames, plain = len(problem.base), wide.shape[-1]
+    full = np.zeros((frames, plain + LEAN, plain + LEAN))
     if see.world_to_camera is not None and w.keypoint:
-        full += _gram(wide, w.keypoint * dt * _image(see, see.world_to_camera, marks))
-    lean_border, lean_corner = _estimate(problem, variables, scale, marks, wide, full)
+        full[:, :plain, :plain] += gram(wide, w.keypoint * dt * _image(see, see.world_to_camera, marks))
+    _estimate(problem, variables, scale, marks, wide, full)
     blocks = [full[:, :FREE, :FREE], *(np.zeros((frames - k, FREE, FREE)) for k in (1, 2))]
 
     chain = _second_differences(frames, 2 * w.smooth_position / (dt**3 * objective.SIGMA_SMOOTH_MPS2**2))
@@ -62,24 +88,28 @@ def curvature(problem: Objective, variables: Variables) -> Curvature:
     _tie(blocks, feet, _held(marks[problem.feet], w.still, dt))
     offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
     spheres = forward.points(pose, touch.segments, offsets)
-    reach = _jacobian(skeleton, pose, touch.segments, spheres)  # (T, G, 3, 54)
+    reach = jacobian(skeleton, pose, touch.segments, spheres)  # (T, G, 3, 54)
     mass = np.einsum("g,tgij->tij", touch.mass_share, reach)[:, None]  # (T, 1, 3, 54)
     for axes, chain in _mass_chains(problem, spheres):
         _tie(blocks, mass[:, :, axes], chain)
-    blocks[0] += _gram(reach, _contact(problem, spheres, scale))
+    weights = _contact(problem, spheres, scale)
+    touching = weights.any(axis=(0, 2, 3))
+    blocks[0] += gram(reach[:, touching], weights[:, touching])
     _joints(problem, variables, blocks)
 
-    count = extra + lean_border.shape[-1]
-    corner = np.zeros((count, count))
-    corner[:extra, :extra] = full[:, FREE:, FREE:].sum(axis=0)
-    corner[:, extra:] = lean_corner
-    corner[extra:, :extra] = lean_corner[:extra].T
-    corner += _priors(problem)
-    border = np.concatenate((full[:, :FREE, FREE:], lean_border), axis=-1)
-    return Curvature((blocks[0], blocks[1], blocks[2]), border, corner)
+    border, leans = full[own, :FREE, FREE:], problem.leans[own]
+    rows = np.swapaxes(_widened(full[own, FREE:, FREE:], leans), 1, 2)  # (T, m, 2 + L + 3)
+    corner = _widened(rows, leans).sum(axis=0)
+    return Curvature((blocks[0][own], blocks[1][own], blocks[2][own]), border, leans, corner)
 
 
-def _jacobian(skeleton: Skeleton, pose: forward.Pose, segments: IntArray, points_m: Array) -> Array:
+def _widened(columns: Array, leans: Array) -> Array:
+    """Columns (T, n, 2 + L + 3) of which the last, of a frame's lean, become those of its coefficients."""
+    lean = np.einsum("tni,tf->tnfi", columns[..., -LEAN:], leans).reshape(*columns.shape[:2], -1)
+    return np.concatenate((columns[..., :-LEAN], lean), axis=-1)
+
+
+def jacobian(skeleton: Skeleton, pose: forward.Pose, segments: IntArray, points_m: Array) -> Array:
     """Derivative of points (P, T, 3) by the unknowns of their frame, (T, P, 3, 54)."""
     count, frames = pose.origins_m.shape[:2]
     moved = np.zeros((frames, len(segments), 3, FREE))
@@ -121,7 +151,7 @@ def _shared(
     return np.moveaxis(np.concatenate((grown[None], down[None], lengths)), (0, 2), (3, 0))
 
 
-def _gram(moves: Array, weights: Array) -> Array:
+def gram(moves: Array, weights: Array) -> Array:
     """Σ_p J_pᵀ w_p J_p of derivatives (T, P, 3, n) with weights (T, P, 3, 3), (T, n, n)."""
     frames, _, _, n = moves.shape
     weighted = weights @ moves
@@ -145,14 +175,11 @@ def _image(see: Observations, world_to_camera: Array, marks: Array) -> Array:
 
 def _estimate(
     problem: Objective, variables: Variables, scale: float, marks: Array, wide: Array, full: Array
-) -> tuple[Array, Array]:
-    """Add what the 3D estimate says to `full`; with the lean, (T, 54, 3 F) and (2 + L + 3 F, 3 F)."""
+) -> None:
+    """Add what the 3D estimate says to `full`, (T, 54 + 2 + L + 3, …)."""
     see, w, dt = problem.observations, problem.weights, problem.observations.interval_s
-    frames, leans = problem.leans.shape
-    extra = wide.shape[-1] - FREE
-    border, corner = np.zeros((frames, FREE, 3 * leans)), np.zeros((extra + 3 * leans, 3 * leans))
     if not (see.joint_weights.any() and (w.joint or w.place)):
-        return border, corner
+        return
     root = np.tensordot(see.root_weights, marks, axes=1)
     turn = problem.leans @ variables.lean
     targets = scale * forward.turned(turn, see.joints_m)
@@ -161,18 +188,12 @@ def _estimate(
     middle = np.einsum("m,tmij->tij", see.root_weights, wide)  # (T, 3, n)
     relative = wide - middle[:, None]
     relative[..., FREE] -= np.swapaxes(targets, 0, 1)
-    full += _gram(relative, weight.T[..., None, None] * np.eye(3))
-    held = 2 * w.place * dt * see.place_weights / w.place_scale_m**2
-    full += held[:, None, None] * np.swapaxes(middle, -1, -2) @ middle
     # target turned by dρ moves by (J dρ) × q, so the residual by [q]ₓ J dρ
     lean = rotations.skew(np.swapaxes(targets, 0, 1)) @ rotations.left_jacobian(turn)[:, None]  # (T, M, 3, 3)
-    weighted = (weight.T[..., None, None] * lean).reshape(frames, -1, 3)
-    mixed = np.swapaxes(relative.reshape(frames, -1, wide.shape[-1]), 1, 2) @ weighted  # (T, n, 3)
-    own = np.swapaxes(lean.reshape(frames, -1, 3), 1, 2) @ weighted  # (T, 3, 3)
-    border[:] = np.einsum("tni,tf->tnfi", mixed[:, :FREE], problem.leans).reshape(border.shape)
-    corner[:extra] = np.einsum("tni,tf->nfi", mixed[:, FREE:], problem.leans).reshape(extra, -1)
-    corner[extra:] = np.einsum("tij,tf,tg->figj", own, problem.leans, problem.leans).reshape(3 * leans, -1)
-    return border, corner
+    full += gram(np.concatenate((relative, lean), axis=-1), weight.T[..., None, None] * np.eye(3))
+    held = 2 * w.place * dt * see.place_weights / w.place_scale_m**2
+    plain = wide.shape[-1]
+    full[:, :plain, :plain] += held[:, None, None] * np.swapaxes(middle, -1, -2) @ middle
 
 
 def _second_differences(frames: int, weight: float) -> list[Array]:

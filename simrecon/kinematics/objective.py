@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,8 @@ SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
 LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
 SIGMA_LENGTH = 0.05
 SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
+# Frames whose loss is taken at once, which bounds memory, and frames on which a term reaches, but for one.
+BLOCK, OVERLAP = 600, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,21 @@ class Observations:
     spread: Array
     prior: Prior
 
+    def part(self, frames: slice) -> Observations:
+        """Those of some frames."""
+        camera = self.world_to_camera
+        return replace(
+            self,
+            rays=self.rays[:, frames],
+            ray_weights=self.ray_weights[:, frames],
+            world_to_camera=camera if camera is None or camera.ndim == 2 else camera[frames],
+            joints_m=self.joints_m[:, frames],
+            joint_weights=self.joint_weights[:, frames],
+            place_m=self.place_m[frames],
+            place_weights=self.place_weights[frames],
+            standing=self.standing[:, frames],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Variables:
@@ -88,6 +106,10 @@ class Variables:
         """As one vector."""
         shared = ([self.log_scale, self.sole_m], self.lengths, self.lean.ravel())
         return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), *shared))
+
+    def part(self, frames: slice) -> Variables:
+        """Those of some frames, and the shared ones."""
+        return replace(self, root_m=self.root_m[frames], rotvecs=self.rotvecs[:, frames])
 
     @staticmethod
     def unpack(x: Array, frames: int, lengths: int) -> Variables:
@@ -197,9 +219,43 @@ class Objective:
         longer = np.tensordot(np.expm1(variables.lengths), self.stretch, axes=1)
         return replace(self.skeleton, offsets_m=self.skeleton.offsets_m + longer)
 
+    def part(self, frames: slice) -> Objective:
+        """The objective of some frames, with the priors on what all share."""
+        part = copy.copy(self)
+        part.base, part.leans = self.base[frames], self.leans[frames]
+        part.observations = self.observations.part(frames)
+        return part
+
     def __call__(self, x: Array) -> tuple[float, Array]:
-        """Loss and gradient, (n,), at the packed variables x (n,)."""
-        variables = Variables.unpack(x, len(self.base), len(self.stretch))
+        """Loss and gradient, (n,), at the packed variables x (n,).
+
+        A term is of one frame, or of up to three in a row, or a prior. So the loss of a long clip is that of
+        blocks which overlap by two frames, less that of the overlaps.
+        """
+        frames = len(self.base)
+        variables = Variables.unpack(x, frames, len(self.stretch))
+        if frames <= BLOCK + OVERLAP:
+            return self._loss(variables)
+        loss, gradient, summed = 0.0, np.zeros_like(x), dict[str, float]()
+        slopes = Variables.unpack(gradient, frames, len(self.stretch))  # views
+        shared = gradient[54 * frames :]
+        starts = range(0, frames - OVERLAP, BLOCK)
+        blocks = [(1.0, slice(start, start + BLOCK + OVERLAP)) for start in starts]
+        overlaps = [(-1.0, slice(start, start + OVERLAP)) for start in starts[1:]]
+        for sign, rows in blocks + overlaps:
+            part = self.part(rows)
+            value, slope = part._loss(variables.part(rows))
+            count = len(part.base)
+            slopes.root_m[rows] += sign * slope[: 3 * count].reshape(count, 3)
+            slopes.rotvecs[:, rows] += sign * slope[3 * count : 54 * count].reshape(17, count, 3)
+            shared += sign * slope[54 * count :]
+            loss += sign * value
+            summed.update({name: summed.get(name, 0.0) + sign * part.terms[name] for name in part.terms})
+        self.terms = summed
+        return loss, gradient
+
+    def _loss(self, variables: Variables) -> tuple[float, Array]:
+        """Loss and gradient of all frames at once."""
         scale = float(np.exp(variables.log_scale))
         pose = self.pose(variables)
         self.terms = {}
@@ -212,8 +268,9 @@ class Objective:
         # all lengths grow with exp(log_scale), so a point moves by its distance from the root
         d_scale += d_touch_scale + float(np.sum(gradient * (points - variables.root_m)))
         fixed = np.concatenate((self.drop, self.contacts.drop))  # (M + G, 3)
-        down = (pose.axes[segments] @ fixed[:, None, :, None])[..., 0]  # (M + G, T, 3)
-        d_sole = float(np.sum(gradient * down))
+        low = np.flatnonzero(fixed.any(axis=1))
+        down = (pose.axes[segments[low]] @ fixed[low, None, :, None])[..., 0]  # (low, T, 3)
+        d_sole = float(np.sum(gradient[low] * down))
         # the sole's height does not grow with the scale
         d_scale -= variables.sole_m * d_sole
         d_lengths = self._longer(pose, variables, scale, force)

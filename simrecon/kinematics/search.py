@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -19,7 +19,7 @@ ROUND, FTOL_REL = 25, 1e-5
 
 def minimise(
     objective: Callable[[Array], tuple[float, Array]],
-    curvature: Callable[[Variables], Curvature],
+    curvature: Callable[[Variables], Iterable[Curvature]],
     start: Variables,
     evaluations: int,
     *,
@@ -30,7 +30,7 @@ def minimise(
 
     Args:
         objective: loss and gradient (n,) at packed variables (n,).
-        curvature: of the objective at variables.
+        curvature: of the objective at variables, one block of frames after the other.
         start: where to begin; without evaluations it is the end, too.
         evaluations: most of them.
         settled: the search ends when a round lowers the loss by less than this share.
@@ -41,28 +41,37 @@ def minimise(
     """
     found, used, loss = start, 0, np.inf
     while used < evaluations:
-        better = condition(curvature(found))
-
-        def scaled(u: Array, better: Conditioning = better, unit: float = 1.0) -> tuple[float, Array]:
-            value, slope = objective(better.to_variables(unit * u))
-            gradient = unit * better.gradient(slope)
-            if not shared:
-                gradient[len(better.border) :] = 0.0
-            return value, gradient
-
-        # the search's first step is one long: the unit is that of Newton's step
-        began = better.from_variables(found.pack())
-        unit = float(np.linalg.norm(scaled(began)[1])) or 1.0
-
-        step = lbfgs.minimize(
-            partial(scaled, unit=unit),
-            began / unit,
-            max_evaluations=min(ROUND, evaluations - used),
-            ftol_rel=FTOL_REL,
-        )
-        found = Variables.unpack(better.to_variables(unit * step.x), len(start.root_m), len(start.lengths))
+        most = min(ROUND, evaluations - used)
+        found, step = _round(objective, condition(curvature(found)), found, most, shared=shared)
         used += step.evaluations
         if loss - step.loss < settled * step.loss:
             break
         loss = step.loss
     return found, used
+
+
+def _round(
+    objective: Callable[[Array], tuple[float, Array]],
+    better: Conditioning,
+    found: Variables,
+    evaluations: int,
+    *,
+    shared: bool,
+) -> tuple[Variables, lbfgs.Minimum]:
+    """Search in the variables of one curvature, which is let go of before the next is taken."""
+
+    def scaled(u: Array, unit: float = 1.0) -> tuple[float, Array]:
+        value, slope = objective(better.to_variables(unit * u))
+        gradient = unit * better.gradient(slope)
+        if not shared:
+            gradient[better.free :] = 0.0
+        return value, gradient
+
+    # the search's first step is one long: the unit is that of Newton's step
+    began = better.from_variables(found.pack())
+    unit = float(np.linalg.norm(scaled(began)[1])) or 1.0
+    step = lbfgs.minimize(
+        partial(scaled, unit=unit), began / unit, max_evaluations=evaluations, ftol_rel=FTOL_REL
+    )
+    x = better.to_variables(unit * step.x)
+    return Variables.unpack(x, len(found.root_m), len(found.lengths)), step

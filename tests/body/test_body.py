@@ -292,3 +292,13 @@ def test_the_sole_lies_under_heel_and_toe(body: Body) -> None:
     lower = primitives.make(skeleton, 1.75, 70.0, 0.02)
     sunk = next(part for part in lower if part.name == "left_foot")
     assert sunk.points_m[0, 2] - sunk.size_m[2] == pytest.approx(low[2] - 0.02)
+
+
+@pytest.mark.parametrize("sole_m", [-0.3, -0.1, -0.07, 0.1])
+def test_feet_have_a_thickness_wherever_the_sole_is(sole_m: float) -> None:
+    """A fit of few evaluations may put the sole above the ankle."""
+    made = bodies.build(bodies.scaled({}, 1.75), height_m=1.75, mass_kg=70.0, sole_m=sole_m)
+    feet = [part for part in made.primitives if part.name.endswith("_foot")]
+    assert len(feet) == 2
+    assert min(foot.size_m[2] for foot in feet) >= 0.004
+    assert mujoco.MjModel.from_xml_string(made.mjcf).ngeom >= 26

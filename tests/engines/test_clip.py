@@ -12,6 +12,7 @@ from simrecon import rollout, schedule
 from simrecon.engines import clip, sampling
 from simrecon.engines.problem import Problem
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
+from tests.window_results import solved
 
 RETRIES = 2
 
@@ -42,19 +43,10 @@ class Scripted:
             [rollout.initial_state(model, q, np.zeros(model.nv)) for q in self.problem.qpos[frames]]
         )
         rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)[:, :3] -= down
-        return WindowResult(
-            window=window,
-            ctrl=np.full((window.commit_step - window.start_step, model.nu), self.draws[-1]),
-            states=states,
-            loss=1.0,
-            loss_terms={},
-            trace=np.ones(1),
-            steps=np.zeros(1, dtype=np.int64),
-            descent_steps=0,
-            evaluations=1,
-            seconds=0.0,
-            stepping_s=0.0,
-            status=WindowStatus.GENERATIONS,
+        return solved(
+            window,
+            np.full((window.commit_step - window.start_step, model.nu), self.draws[-1]),
+            states,
             effort=effort,
             handover=Handover(states[-1], handover.knots_rad),
         )

@@ -12,6 +12,7 @@ from simrecon import body as bodies
 from simrecon import camera as cameras
 from simrecon import prior, rotations
 from simrecon.body import primitives
+from simrecon.kinematics import objective as objectives
 from simrecon.kinematics.conditioning import Conditioning, by_frame, condition
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points, leans
@@ -185,7 +186,7 @@ def test_the_curvature_is_that_of_the_quadratic_terms(objective: Objective, poin
     weights = replace(objective.weights, **{key: float(key in quadratic) for key in WEIGHTS})
     see = replace(objective.observations, joint_weights=np.zeros_like(objective.observations.joint_weights))
     smooth = Objective(objective.skeleton, objective.contacts, objective.scene, objective.base, see, weights)
-    found = curvature(smooth, Variables.unpack(point, T, LENGTHS))
+    (found,) = curvature(smooth, Variables.unpack(point, T, LENGTHS))
     rng = np.random.default_rng(12)
     for rows in (slice(0, 3 * T), slice(54 * T + 2 + LENGTHS, None)):
         step = np.zeros_like(point)
@@ -193,7 +194,7 @@ def test_the_curvature_is_that_of_the_quadratic_terms(objective: Objective, poin
         slope = (smooth(point + 1e-5 * step)[1] - smooth(point - 1e-5 * step)[1]) @ step / 2e-5
         own, shared = by_frame(step, 54 * T)
         own = own.reshape(T, 54)
-        bent = 2 * np.einsum("ti,tij,j->", own, found.border, shared) + shared @ found.corner @ shared
+        bent = 2 * np.einsum("ti,tij,j->", own, found.wide(), shared) + shared @ found.corner @ shared
         for k, block in enumerate(found.blocks):
             bent += (2 if k else 1) * np.einsum("ti,tij,tj->", own[k:], block, own[: T - k])
         assert bent == pytest.approx(slope, rel=0.02)
@@ -242,6 +243,83 @@ def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array)
     raw = [curvature(lambda x: objective(x)[0], point, rows, 1e-4) for rows in kinds]
     new = [curvature(lambda x: objective(better.to_variables(x))[0], u, rows, 1e-2) for rows in kinds]
     assert max(new) / min(new) < max(raw) / min(raw)
+
+
+def repeated(objective: Objective, point: Array, rows: Array) -> tuple[Objective, Array]:
+    """The objective of some frames again and again, and a point of it."""
+    short, old = Variables.unpack(point, T, LENGTHS), objective.observations
+    see = replace(
+        old,
+        rays=old.rays[:, rows],
+        ray_weights=old.ray_weights[:, rows],
+        joints_m=old.joints_m[:, rows],
+        joint_weights=old.joint_weights[:, rows],
+        place_m=old.place_m[rows],
+        place_weights=old.place_weights[rows],
+        standing=old.standing[:, rows],
+    )
+    base, weights = objective.base[rows], objective.weights
+    long = Objective(objective.skeleton, objective.contacts, objective.scene, base, see, weights)
+    rng = np.random.default_rng(14)
+    lean = rng.normal(scale=0.1, size=(long.leans.shape[1], 3))
+    return long, replace(short, root_m=short.root_m[rows], rotvecs=short.rotvecs[:, rows], lean=lean).pack()
+
+
+@pytest.mark.parametrize("frames", [9, 11, 12, 13, 14])
+def test_a_clip_in_blocks_is_the_clip_as_a_whole(objective, point, monkeypatch, frames: int) -> None:
+    long, x = repeated(objective, point, np.arange(frames) % T)
+    loss, gradient = long(x)
+    terms = long.terms
+    monkeypatch.setattr(objectives, "BLOCK", 4)
+    again, slope = long(x)
+    assert again == pytest.approx(loss, rel=1e-12)
+    np.testing.assert_allclose(slope, gradient, rtol=0, atol=1e-10 * np.abs(gradient).max())
+    assert long.terms == pytest.approx(terms)
+    # three frames in a row count once, and no more than three belong together
+    monkeypatch.setattr(objectives, "OVERLAP", 1)
+    assert abs(long(x)[0] - loss) > 1e-3 * loss
+
+
+@pytest.mark.parametrize("frames", [9, 12, 14])
+def test_a_curvature_in_blocks_is_that_of_the_whole(objective, point, monkeypatch, frames: int) -> None:
+    long, x = repeated(objective, point, np.arange(frames) % T)
+    variables = Variables.unpack(x, frames, LENGTHS)
+    (whole,) = curvature(long, variables)
+    better = condition([whole])
+    monkeypatch.setattr("simrecon.kinematics.curvature.BLOCK", 4)
+    parts = list(curvature(long, variables))
+    assert len(parts) == -(-frames // 4)
+    for k, block in enumerate(whole.blocks):
+        found = np.concatenate([part.blocks[k] for part in parts])
+        np.testing.assert_allclose(found, block, rtol=0, atol=1e-9 * np.abs(block).max())
+    wide = np.concatenate([part.wide() for part in parts])
+    np.testing.assert_allclose(wide, whole.wide(), rtol=0, atol=1e-9 * np.abs(wide).max())
+    corner = sum(part.corner for part in parts)
+    np.testing.assert_allclose(corner, whole.corner, rtol=0, atol=1e-9 * np.abs(corner).max())
+    again = condition(parts)
+    for name in ("to_variables", "from_variables", "gradient"):
+        one, other = (getattr(found, name)(x) for found in (better, again))
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-4 * np.abs(one).max())
+
+
+def test_the_factor_is_that_of_the_hessian(objective: Objective, point: Array) -> None:
+    """M Mᵀ is H, but for the digits that L lacks and the damping."""
+    (part,) = curvature(objective, Variables.unpack(point, T, LENGTHS))
+    own, count = 54 * T, len(part.corner)
+    hessian = np.zeros((own + count, own + count))
+    for k, block in enumerate(part.blocks):
+        for t, values in enumerate(block):
+            row, column = slice(54 * (t + k), 54 * (t + k + 1)), slice(54 * t, 54 * (t + 1))
+            hessian[row, column] = values
+            hessian[column, row] = values.T
+    hessian[:own, own:] = part.wide().reshape(own, -1)
+    hessian[own:, :own] = hessian[:own, own:].T
+    hessian[own:, own:] = part.corner
+    better, eye = condition([part]), np.eye(own + count)
+    order = by_frame(np.arange(own + count, dtype=float), own)
+    packed = np.concatenate(order).astype(int)  # where the unknowns of frame after frame are packed
+    across = np.stack([better.from_variables(row[np.argsort(packed)]) for row in eye])  # Mᵀ by columns
+    np.testing.assert_allclose(across @ across.T, hessian, rtol=0, atol=1e-5 * np.abs(hessian).max())
 
 
 def test_long_clips_have_no_more_leans_than_short_ones() -> None:

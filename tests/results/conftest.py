@@ -19,15 +19,13 @@ from simrecon.types import (
     Array,
     Body,
     Camera,
-    Effort,
     Evidence,
-    Handover,
     KinematicFit,
     Scene,
     Window,
     WindowResult,
-    WindowStatus,
 )
+from tests.window_results import solved
 
 HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
 
@@ -99,21 +97,16 @@ def stepped(problem: Problem) -> tuple[WindowResult, ...]:
         ctrl = problem.targets_rad[start:end]
         states = rollout.replay(problem.model, state, ctrl)
         state = states[-1]
-        window = WindowResult(
-            window=Window(index, start, end, end),
-            ctrl=ctrl,
-            states=states,
-            loss=1.0,
+        window = solved(
+            Window(index, start, end, end),
+            ctrl,
+            states,
             loss_terms={"pose": 1.0},
             trace=np.ones(3),
             steps=np.zeros(3, dtype=np.int64),
-            descent_steps=0,
             evaluations=12,
             seconds=2.0,
             stepping_s=1.5,
-            status=WindowStatus.GENERATIONS,
-            effort=Effort(),
-            handover=Handover(state, np.zeros((1, problem.model.nu))),
         )
         windows.append(window)
     return tuple(windows)

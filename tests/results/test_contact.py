@@ -20,16 +20,13 @@ from simrecon.errors import InputError
 from simrecon.types import (
     Array,
     Body,
-    Effort,
     Evidence,
-    Handover,
     KinematicFit,
     Motion,
     Scene,
     Window,
-    WindowResult,
-    WindowStatus,
 )
+from tests.window_results import solved
 
 GRAVITY, SOLE_M = 9.81, 0.02
 SEAT_M = 0.45
@@ -88,22 +85,7 @@ def held(problem: Problem, person: Body, scene: Scene, qvel: Array | None = None
     steps = problem.clock.steps
     ctrl = problem.targets_rad[:steps]
     states = rollout.replay(problem.model, state, ctrl)
-    window = WindowResult(
-        window=Window(0, 0, steps, steps),
-        ctrl=ctrl,
-        states=states,
-        loss=0.0,
-        loss_terms={},
-        trace=np.zeros(1),
-        steps=np.zeros(1, dtype=np.int64),
-        descent_steps=0,
-        evaluations=1,
-        seconds=1.0,
-        stepping_s=1.0,
-        status=WindowStatus.GENERATIONS,
-        effort=Effort(),
-        handover=Handover(states[-1], np.zeros((1, problem.model.nu))),
-    )
+    window = solved(Window(0, 0, steps, steps), ctrl, states)
     frames = problem.clock.frames
     fit = KinematicFit(
         body=person,
