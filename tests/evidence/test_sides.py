@@ -1,4 +1,4 @@
-"""Left and right that were mixed up in runs of frames are found in evidence of any names, and put in order."""
+"""Left and right that were mixed up in runs of frames are found in any evidence, and put in order."""
 
 from __future__ import annotations
 
