@@ -53,8 +53,8 @@ class Sides:
 
 def find(evidence: Evidence) -> Sides:
     """The frames in which left and right of arms or legs were mixed up."""
-    weights = np.asarray(np.where(evidence.scores >= SCORE_MIN, evidence.scores, 0.0))
-    known = np.isfinite(evidence.joints_m).all(axis=2).astype(np.float64)
+    weights = np.where(evidence.scores >= SCORE_MIN, evidence.scores, 0.0)
+    known = np.asarray(np.isfinite(evidence.joints_m).all(axis=2), np.float64)
     found = {}
     for name in LIMBS:
         seen = _mixed(evidence.times_s, evidence.keypoints_px, weights, pairs(evidence.keypoint_names, name))
