@@ -122,6 +122,8 @@ class Kinematics:
     smooth_com: float = _range(0.0)
     smooth_position: float = _range(0.0)
     smooth_rotation: float = _range(0.0)
+    travel_position: float = _range(0.0)
+    travel_rotation: float = _range(0.0)
     prior: float = _range(0.0)
     prior_model: str = _choice(*PRIORS)
     limit: float = _range(0.0)

@@ -17,6 +17,7 @@ import pytest
 import simrecon
 from simrecon import cli, evidence, metrics, resources, results
 from simrecon.engines.sampling import Sampler
+from simrecon.evidence import sides
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.results import report, scores
 from simrecon.types import Evidence, Window, WindowResult, WindowStatus
@@ -90,6 +91,20 @@ def test_run_writes_a_result_and_says_what(
     assert (found["seed"], found["plan_name"]) == (3, str(inputs / "plan.toml"))
     assert found["input"]["name"] == str(inputs / "clip.npz")
     assert (found["person"]["height_m"], found["person"]["mass_kg"]) == (1.75, 70)
+
+
+def test_sides_that_were_mixed_up_are_said(
+    inputs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = evidence.read(inputs / "clip.npz")
+    joints, index = given.joints_m.copy(), sides.pairs(given.joint_names, "legs")
+    joints[8:11, index.ravel()] = given.joints_m[8:11, index[:, ::-1].ravel()]
+    (tmp_path / "plan.toml").write_bytes((inputs / "plan.toml").read_bytes())
+    evidence.write(tmp_path / "clip.npz", replace(given, joints_m=joints))
+    assert cli.main(arguments(tmp_path, tmp_path / "out")) == 0
+    lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert lines["sides"] == "left and right were mixed up, and exchanged: legs 3D in frames 8-10"
+    assert said(tmp_path / "out")["input"]["exchanged"] == {"legs 3D": [8, 9, 10]}
 
 
 def test_the_result_replays_in_plain_mujoco(result: Path) -> None:

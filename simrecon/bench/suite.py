@@ -55,10 +55,12 @@ class Place:
     """`[clip.place]`: what stands in the scene, by the evidence.
 
     `seat` under the hips, `platform` under the first feet, `support`: all that `scene suggest` finds.
+    `evidence` instead of the clip's, of the same person, world and time, where the clip's doesn't show it.
     """
 
     kind: str
     height_m: float | None = None
+    evidence: str | None = None
 
 
 @dataclass(frozen=True)

@@ -109,12 +109,9 @@ def _said(task: Task) -> dict[str, Any]:
 def _execute(task: Task) -> dict[str, Any]:
     given, truth = _inputs(task)
     plan = _plan(task)
-    seen = readers.read(given)
-    readers.check_names(seen, names.valid_names(), given)
-    if task.clip.height_m is not None:
-        seen = replace(seen, height_m=task.clip.height_m)
+    seen = _read(task, given)
     # the scene is part of the clip, so it is placed from all of the evidence
-    scene = _scene(task.clip, task.suite, seen, plans.read(task.plan))
+    scene = _scene(task, seen, plans.read(task.plan))
     key = _key(given, task, plan, scene)
     if task.suite.half == "kinematics":
         return _fit(task, given, truth, key, _Work(dropped(seen, task.variant.drop), scene, plan))
@@ -222,8 +219,17 @@ def _plan(task: Task) -> Plan:
     return overridden(plans.read(task.plan), task.variant.plan, where)
 
 
-def _scene(clip: Clip, suite: Suite, seen: Evidence, plan: Plan) -> Scene:
+def _read(task: Task, given: Path) -> Evidence:
+    seen = readers.read(given)
+    readers.check_names(seen, names.valid_names(), given)
+    return seen if task.clip.height_m is None else replace(seen, height_m=task.clip.height_m)
+
+
+def _scene(task: Task, seen: Evidence, plan: Plan) -> Scene:
+    clip = task.clip
     if clip.place is not None:
+        if clip.place.evidence is not None:
+            seen = _read(task, task.data / clip.place.evidence)
         if clip.place.kind == "seat":
             return places.seat(seen, plan.kinematics)
         if clip.place.kind == "support":
@@ -233,7 +239,7 @@ def _scene(clip: Clip, suite: Suite, seen: Evidence, plan: Plan) -> Scene:
         return Scene()
     if clip.scene.startswith("example/"):
         return scenes.read(resources.folder("example") / clip.scene.removeprefix("example/"))
-    return scenes.read(suite.folder / clip.scene)
+    return scenes.read(task.suite.folder / clip.scene)
 
 
 def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:

@@ -173,6 +173,12 @@ def _make(
     return EXIT_FALLBACK if said["frames"]["fallback"] else 0
 
 
+def _spans(frames: list[int]) -> str:
+    """Increasing numbers as `3-5, 9`."""
+    runs = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+
+
 def _summary(said: Report, folder: str) -> str:
     frames, totals, windows = said["frames"], said["totals"], said["windows"]
     simulated = f"{frames['simulated']} of {frames['count']} simulated"
@@ -185,6 +191,9 @@ def _summary(said: Report, folder: str) -> str:
     floor = said.get("soft_floor")
     files = ", ".join(sorted(path.name for path in Path(folder).iterdir()))
     rows = {"frames": simulated, "loss": loss, "time": spent}
+    if exchanged := said["input"]["exchanged"]:
+        mixed = (f"{limbs} in frames {_spans(frames)}" for limbs, frames in exchanged.items())
+        rows["sides"] = f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
     if floor:
         bound = ", an end of the search's range" if floor["at_bound"] else ""
         rows["floor"] = f"{floor['stiffness_Npm']:.3g} N/m{bound}, {floor['damping_Nspm']:.3g} N s/m"

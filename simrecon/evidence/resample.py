@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simrecon import rotations
 from simrecon.errors import InputError
+from simrecon.evidence import sides
 from simrecon.types import Array, Evidence, IntArray
 
 # All in frame intervals.
@@ -38,7 +39,7 @@ class _Neighbours:
 
 
 def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
-    """Bring evidence to a uniform frame rate.
+    """Bring evidence to a uniform frame rate, with left and right in order (`sides`).
 
     The frame interval is the median of the intervals. Where every frame lies within a quarter of an interval
     of a grid of that rate, counted from the first frame, it is refined so that the grid also meets the last
@@ -58,6 +59,7 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
     camera = evidence.camera
     if camera is not None and camera.world_to_camera is not None and camera.world_to_camera.ndim != 2:
         raise InputError("world_to_camera: found one transform per frame; valid: one (4, 4) for all frames")
+    evidence = sides.in_order(evidence)  # before anything is interpolated between two sides
     interval = frame_interval_s(evidence.times_s)
     position = (evidence.times_s - evidence.times_s[0]) / interval  # (T,)
     count = int(np.floor(position[-1] + TAKE_OVER_MAX)) + 1

@@ -79,6 +79,7 @@ def _switched(plan: Kinematics) -> Kinematics:
         plan = replace(plan, penetration=0.0, contact=0.0, balance=0.0)
     if not plan.temporal:
         plan = replace(plan, smooth_com=0.0, smooth_position=0.0, smooth_rotation=0.0, still=0.0)
+        plan = replace(plan, travel_position=0.0, travel_rotation=0.0)
     return plan
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from simrecon import rotations
 from simrecon import scene as scenes
-from simrecon.kinematics import forward, objective
+from simrecon.kinematics import forward, objective, terms
 from simrecon.kinematics.objective import Objective, Observations, Variables
 from simrecon.types import Array, IntArray, Skeleton
 
@@ -84,6 +84,8 @@ def _block(problem: Objective, variables: Variables, own: slice) -> Curvature:
 
     chain = _second_differences(frames, 2 * w.smooth_position / (dt**3 * objective.SIGMA_SMOOTH_MPS2**2))
     _tie(blocks, moves, chain)
+    if w.travel_position:
+        _tie(blocks, moves, _travelled(marks, w.travel_position, dt))
     feet = moves[:, problem.feet]
     _tie(blocks, feet, _held(marks[problem.feet], w.still, dt))
     offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
@@ -221,6 +223,11 @@ def _tie(blocks: list[Array], moves: Array, bands: list[Array]) -> None:
             blocks[k] += band[:, None, None] * (np.swapaxes(flat[k:], 1, 2) @ flat[: frames - k])
 
 
+def _travelled(values: Array, weight: float, dt: float) -> list[Array]:
+    """Bands of `terms.travel` of values (M, T, C), with its speeds at this point."""
+    return _squared(weight / (dt * terms.speeds(values, dt)), (-1.0, 1.0), values.shape[1])
+
+
 def _held(feet: Array, weight: float, dt: float) -> list[Array]:
     """Bands of the term that holds slow feet, with the mean of their robust weights."""
     step = np.diff(feet, axis=1) / (dt * objective.SIGMA_STILL_MPS)
@@ -284,6 +291,9 @@ def _joints(problem: Objective, variables: Variables, blocks: list[Array]) -> No
     blocks[0][:, rows[:6], rows[:6]] += 1e-3 * dt
     blocks[0][:, rows[6:], rows[6:]] += dt * own.reshape(frames, -1)
     chain = _second_differences(frames, 2 * w.smooth_rotation / (dt**3 * objective.SIGMA_SMOOTH_RADPS2**2))
+    if w.travel_rotation:
+        more = _travelled(variables.rotvecs[1:], w.travel_rotation, dt)
+        chain = [band + extra for band, extra in zip(chain, more, strict=True)]
     for block, band in zip(blocks, chain, strict=True):
         block[:, rows[6:], rows[6:]] += band[:, None]
 

@@ -321,6 +321,10 @@ class Objective:
         loss, g = terms.acceleration(marks, dt, SIGMA_SMOOTH_MPS2)
         self.terms["smooth_position"] = w.smooth_position * dt * loss
         gradient += w.smooth_position * dt * g
+        if w.travel_position:
+            loss, g = terms.travel(marks, dt)
+            self.terms["travel_position"] = w.travel_position * dt * loss
+            gradient += w.travel_position * dt * g
         return marks, gradient, d_scale, d_lean
 
     def _contacts(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
@@ -396,6 +400,10 @@ class Objective:
         loss, g = terms.acceleration(joints, dt, SIGMA_SMOOTH_RADPS2)
         self.terms["smooth_rotation"] = w.smooth_rotation * dt * loss
         gradient[1:] += w.smooth_rotation * dt * g
+        if w.travel_rotation:
+            loss, g = terms.travel(joints, dt)
+            self.terms["travel_rotation"] = w.travel_rotation * dt * loss
+            gradient[1:] += w.travel_rotation * dt * g
         if w.prior:
             squared, g = see.prior.squared(np.swapaxes(joints, 0, 1))
             self.terms["prior"] = w.prior * dt * float(np.sum(squared))

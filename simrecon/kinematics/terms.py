@@ -12,6 +12,8 @@ from simrecon.types import Array
 
 # From this certainty on a foot counts as support.
 STANDS = 0.3
+# Below it the speed of `travel` is rounded off, m/s or rad/s of all values together.
+LEAST_SPEED = 0.01
 
 
 def cauchy(squared: Array) -> tuple[Array, Array]:
@@ -59,6 +61,22 @@ def acceleration(values: Array, interval_s: float, sigma: float) -> tuple[float,
     gradient[:, 1:-1] -= 2 * second
     gradient[:, :-2] += second
     return float(np.sum(second**2)), gradient * (2 / (interval_s**2 * sigma))
+
+
+def speeds(values: Array, interval_s: float) -> Array:
+    """Norm of the velocities of all values (M, T, C) together, (T - 1,), rounded off near zero."""
+    step = np.diff(values, axis=1) / interval_s
+    return np.asarray(np.sqrt(np.sum(step**2, axis=(0, 2)) + LEAST_SPEED**2))
+
+
+def travel(values: Array, interval_s: float) -> tuple[float, Array]:
+    """Speed of all values (M, T, C) together, summed over frames (Gärtner 2022, eq. 8)."""
+    speed = speeds(values, interval_s)
+    g = np.diff(values, axis=1) / (interval_s**2 * speed[:, None])
+    gradient = np.zeros_like(values)
+    gradient[:, 1:] += g
+    gradient[:, :-1] -= g
+    return float(np.sum(speed)), gradient
 
 
 def still(points_m: Array, interval_s: float, sigma: float) -> tuple[float, Array]:

@@ -18,6 +18,7 @@ from simrecon import metrics
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.body import names
+from simrecon.evidence import sides
 from simrecon.metrics.joints import H36M_HZ, resampled
 from simrecon.results.motion import FALLBACK, SIMULATED
 from simrecon.types import Array, KinematicFit, Report, WindowResult
@@ -58,7 +59,7 @@ def make(
     sections = {
         "schema": SCHEMA,
         "versions": versions(),
-        "input": {"name": input_name, "sha256": run.evidence.sha256, "reading": run.evidence.reading or None},
+        "input": _input(run, input_name),
         "plan_name": plan_name,
         "plan": plans.to_dict(run.problem.plan),
         "seed": seed,
@@ -76,6 +77,13 @@ def make(
         "audit": dataclasses.asdict(run.audit),
     }
     return {key: _plain(value) for key, value in sections.items()}
+
+
+def _input(run: Reconstruction, name: str) -> dict[str, Any]:
+    """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
+    given = run.evidence
+    exchanged = sides.find(given).as_dict()
+    return {"name": name, "sha256": given.sha256, "reading": given.reading or None, "exchanged": exchanged}
 
 
 def soft_floor(found: Calibration) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from simrecon import plan as plans
 from simrecon.bench import runner, suite, tables, task
 from simrecon.errors import InputError
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
+from simrecon.results import fitted
 from simrecon.types import Camera, Evidence
 
 SUITE = """
@@ -251,6 +252,21 @@ def test_dropping_parts_of_the_evidence(data: Path) -> None:
     assert task.dropped(given, ("keypoints",)).joint_names == given.joint_names
     with pytest.raises(InputError, match="nothing left"):
         task.dropped(given, ("joints",))
+
+
+def test_a_thing_is_placed_from_other_evidence_of_the_clip(data: Path, tmp_path: Path) -> None:
+    given = evidence.read(data / "stand.npz")
+    evidence.write(data / "beside.npz", replace(given, joints_m=given.joints_m + np.array([3.0, 0.0, 0.0])))
+    chosen = suite.read(data / "tiny.toml")
+    for name, place in (("own", None), ("other", "beside.npz")):
+        clip = replace(chosen.clip[0], name=name, place=suite.Place("platform", 0.2, place))
+        made = run(
+            data, tmp_path, clip=(clip,), half="kinematics", seeds=(0,), variant=chosen.variant[:1], table=()
+        )
+        assert [row["status"] for row in made["runs"]] == ["done"]
+    paths = [tmp_path / "runs" / name / "full" / "seed0" / "fit.npz" for name in ("own", "other")]
+    places = np.array([fitted.read(path).scene.items[0].position_m for path in paths])
+    np.testing.assert_allclose(places[1] - places[0], [3.0, 0.0, 0.0], atol=2e-3)
 
 
 def test_a_clip_has_a_plan_and_a_height_of_its_own(data: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from simrecon import body as bodies
 from simrecon import camera as cameras
 from simrecon import kinematics, rotations
 from simrecon.errors import InputError
+from simrecon.evidence import resample, sides
 from simrecon.types import Array, Evidence, KinematicFit, Scene
 
 T = 20
@@ -51,6 +52,22 @@ def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) 
     assert not fit.interpolated.any()
     assert fit.qpos.shape == (T, 71)
     np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, 17, 4), axis=-1), 1.0)
+
+
+def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, camera, weights) -> None:
+    clean = make.seen(walk, camera, noise_px=1.0, noise_m=0.01)
+    points, joints = clean.keypoints_px.copy(), clean.joints_m.copy()
+    for limbs in sides.LIMBS:
+        index, at = sides.pairs(clean.joint_names, limbs), np.arange(7, 12)[:, None]
+        for values in (points, joints):
+            values[at, index.ravel()] = values[at, index[:, ::-1].ravel()]
+    mixed = replace(clean, keypoints_px=points, joints_m=joints)
+    usual, found, without = (
+        distance_m(kinematics.fit(given, Scene(), weights), walk)
+        for given in (clean, resample(mixed)[0], mixed)
+    )
+    assert found == pytest.approx(usual, rel=0.05)
+    assert without > 2 * usual
 
 
 def test_the_size_of_the_person_is_measured(make, walk, camera, weights) -> None:

@@ -27,6 +27,7 @@ TERMS: dict[str, Callable[[Array], tuple[float, Array]]] = {
     "reprojection, behind": lambda x: terms.reprojection(x - [7.0, 0.0, 0.0], RAYS, WEIGHTS, CAMERA, 20.0),
     "distance": lambda x: terms.distance(x, TARGETS, WEIGHTS, 0.5),
     "acceleration": lambda x: terms.acceleration(x, 0.1, 20.0),
+    "travel": lambda x: terms.travel(x, 0.1),
     "still": lambda x: terms.still(x, 0.1, 3.0),
     "outside": lambda x: terms.outside(x, np.array([-0.5, -0.1, 0.0]), np.array([0.5, 0.1, 0.2]), 0.1),
     "penetration": lambda x: terms.penetration(x, 0.01),

@@ -106,7 +106,7 @@ def test_nothing_simulated_is_written_and_read_too(run: Any, tmp_path: Path) -> 
 def test_report_says_where_it_came_from(written: Path, run: Any) -> None:
     said = report(written)
     assert said["schema"] == "simrecon.result/1"
-    assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None}
+    assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None, "exchanged": {}}
     assert (said["plan_name"], said["seed"], said["threads"]) == ("tiny", 3, 1)
     assert said["plan"] == plans.to_dict(run.problem.plan)
     assert set(said["versions"]) == {"simrecon", "python", "mujoco", "numpy", "scipy", "nlopt"}
