@@ -18,6 +18,8 @@ SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
+# Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
+SEAT_DEPTH_M = 0.005
 SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
@@ -44,6 +46,7 @@ class Observations:
         place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
         standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
+        sitting: (T,) how surely the hips are still, 0 to 1.
         scale_sigma: how well the skeleton's scale is known (natural logarithm).
         neutral, spread: (16, 3) of the joints' rotation vectors: where the search begins, its scale.
         prior: on poses.
@@ -60,6 +63,7 @@ class Observations:
     place_weights: Array
     root_weights: Array
     standing: Array
+    sitting: Array
     scale_sigma: float
     neutral: Array
     spread: Array
@@ -112,6 +116,7 @@ class ContactPoints:
         drop: (G, 3) how the point moves as the sole goes down by a metre.
         mass_share: (G,) weights whose mean of the points is the centre of mass.
         soles: (2, 4) rows of the corners of the left and the right sole.
+        seat: (2, P) rows of the left and the right buttock.
     """
 
     segments: IntArray
@@ -120,6 +125,52 @@ class ContactPoints:
     drop: Array
     mass_share: Array
     soles: IntArray
+    seat: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """What is held to a support: places in an array (things, contact points, frames), of one shape.
+
+    Attributes:
+        at: three index arrays that broadcast to the places.
+        weights: of each place, or one for all.
+        sigma: distance at which the pull begins to fade, m.
+        depth_m: at which it rests in the support.
+    """
+
+    at: tuple[IntArray, IntArray, IntArray]
+    weights: Array | float
+    sigma: float
+    depth_m: float = 0.0
+
+
+def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pull, ...]:
+    """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
+
+    The lowest point of the body, the soles of feet that stand still, and both buttocks of hips at rest.
+
+    Args:
+        touch: G contact points.
+        see: of T frames.
+        clearance: (S, G, T) of the points over S things.
+    """
+    frames = np.arange(clearance.shape[2])
+
+    def lowest(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        over = clearance[:, rows]
+        thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
+        return thing, rows[row], frames
+
+    soles = touch.soles.ravel()
+    corners = touch.soles.shape[1]
+    share = np.repeat(see.standing, corners, axis=0) / corners  # (8, T)
+    thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
+    return (
+        Pull(lowest(np.arange(clearance.shape[1])), 1.0, SIGMA_TOUCH_M),
+        Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
+        *(Pull(lowest(rows), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M) for rows in touch.seat),
+    )
 
 
 def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
@@ -140,6 +191,7 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
     drop = np.outer(sole, [0.0, 0.0, -1.0])
     # corners with the lower sign of z come first in every pair
     soles = np.array([np.flatnonzero(parts == f"{side}_foot")[::2] for side in ("left", "right")])
+    seat = np.array([np.flatnonzero(parts == f"{side}_buttock") for side in ("left", "right")])
     return ContactPoints(
         np.array(segments),
         np.array(offsets),
@@ -147,6 +199,7 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
         drop,
         np.array(mass) / sum(mass),
         soles,
+        seat,
     )
 
 
@@ -276,20 +329,11 @@ class Objective:
         loss, slope = terms.penetration(clearance, SIGMA_PENETRATION_M)
         self.terms["penetration"] = w.penetration * dt * loss
         slope *= w.penetration * dt
-        # The lowest point of the body, and the soles of feet that stand still (in the manner of eq. 6, 7).
-        frames = np.arange(clearance.shape[2])
-        lowest = np.argmin(clearance.reshape(-1, len(frames)), axis=0)  # (T,)
-        closest = (*np.unravel_index(lowest, clearance.shape[:2]), frames)
-        loss, g = terms.touching(clearance[closest], SIGMA_TOUCH_M)
-        slope[closest] += w.contact * dt * g
-        soles = touch.soles.ravel()
-        corners = touch.soles.shape[1]
-        share = np.repeat(self.observations.standing, corners, axis=0) / corners  # (8, T)
-        thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
-        stand = (thing, soles[:, None], frames[None])
-        more, g = terms.touching(clearance[stand], SIGMA_STAND_M, share)
-        slope[stand] += w.contact * dt * g
-        self.terms["contact"] = w.contact * dt * (loss + more)
+        self.terms["contact"] = 0.0
+        for pull in pulls(touch, self.observations, clearance):
+            loss, g = terms.touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
+            self.terms["contact"] += w.contact * dt * loss
+            slope[pull.at] += w.contact * dt * g
         gradient = np.einsum("sgt,sgti->gti", slope, normals)
         gradient += self._motion_of_mass(points)
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))

@@ -50,6 +50,7 @@ def objective(make, weights) -> Objective:
         place_weights=np.array([1.0, 0.0, 1.0, 1.0]),
         root_weights=roots,
         standing=rng.uniform(0, 1, (2, T)),
+        sitting=rng.uniform(0, 1, T),
         scale_sigma=0.1,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
