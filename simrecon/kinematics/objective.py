@@ -19,7 +19,7 @@ SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
 # Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
-SEAT_DEPTH_M = 0.005
+SEAT_DEPTH_M = 0.02
 SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
@@ -156,21 +156,23 @@ def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pu
         clearance: (S, G, T) of the points over S things.
     """
     frames = np.arange(clearance.shape[2])
-
-    def lowest(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        over = clearance[:, rows]
-        thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
-        return thing, rows[row], frames
-
     soles = touch.soles.ravel()
     corners = touch.soles.shape[1]
     share = np.repeat(see.standing, corners, axis=0) / corners  # (8, T)
     thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
     return (
-        Pull(lowest(np.arange(clearance.shape[1])), 1.0, SIGMA_TOUCH_M),
+        Pull(_lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
         Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
-        *(Pull(lowest(rows), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M) for rows in touch.seat),
+        *(Pull(_lowest(rows, clearance), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M) for rows in touch.seat),
     )
+
+
+def _lowest(rows: IntArray, clearance: Array) -> tuple[IntArray, IntArray, IntArray]:
+    """Places of the least clearance (S, G, T) of points in each frame: thing, point and frame, (T,) each."""
+    over = clearance[:, rows]
+    frames = np.arange(over.shape[2])
+    thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
+    return thing, rows[row], frames
 
 
 def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
@@ -334,28 +336,36 @@ class Objective:
             loss, g = terms.touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
             self.terms["contact"] += w.contact * dt * loss
             slope[pull.at] += w.contact * dt * g
-        gradient = np.einsum("sgt,sgti->gti", slope, normals)
-        gradient += self._motion_of_mass(points)
+        # where hips at rest are near a seat, the feet don't bear the person
+        hips = _lowest(touch.seat.ravel(), clearance)
+        far = np.maximum(clearance[hips], 0.0) / SIGMA_TOUCH_M
+        seated = self.observations.sitting / (1 + far**2)  # (T,)
+        moving, d_borne = self._motion_of_mass(points, 1 - seated)
+        slope[hips] += d_borne * seated * 2 * far / (1 + far**2) / SIGMA_TOUCH_M
+        gradient = np.einsum("sgt,sgti->gti", slope, normals) + moving
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
         return points, gradient, d_scale
 
-    def _motion_of_mass(self, points: Array) -> Array:
-        """Terms of the centre of mass; returns their gradient, (G, T, 3), by the contact points."""
+    def _motion_of_mass(self, points: Array, borne: Array) -> tuple[Array, Array]:
+        """Terms of the centre of mass; gradients by the contact points (G, T, 3) and by `borne` (T,)."""
         touch, w, dt = self.contacts, self.weights, self.observations.interval_s
         com = np.tensordot(touch.mass_share, points, axes=1)  # (T, 3)
         loss, g_com = terms.acceleration(com[None] / SIGMA_COM_MPS2, dt, 1.0)
         self.terms["smooth_com"] = w.smooth_com * dt * loss
         d_com = w.smooth_com * dt * g_com[0] / SIGMA_COM_MPS2  # (T, 3)
-        gradient = np.zeros_like(points)
+        gradient, d_borne = np.zeros_like(points), np.zeros_like(borne)
         if w.balance:
             feet = points[touch.soles].mean(axis=1)  # (2, T, 3)
             over = com - [0.0, 0.0, self.scene.ground.height_m]
-            loss, g_com, g_feet = terms.balance(over, feet, self.observations.standing, dt, SIGMA_BALANCE_M)
+            loss, g_com, g_feet, d_borne = terms.balance(
+                over, feet, self.observations.standing, borne, dt, SIGMA_BALANCE_M
+            )
+            d_borne *= w.balance * dt
             self.terms["balance"] = w.balance * dt * loss
             d_com = d_com + w.balance * dt * g_com
             gradient[touch.soles] += w.balance * dt * g_feet[:, None] / touch.soles.shape[1]
         gradient += touch.mass_share[:, None, None] * d_com
-        return gradient
+        return gradient, d_borne
 
     def _shared(self, variables: Variables) -> Array:
         """Priors on scale, sole, lengths and lean; returns their gradient, (2 + L + 3 F,)."""

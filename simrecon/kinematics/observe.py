@@ -21,7 +21,8 @@ from simrecon.types import Array, Camera, Evidence, Skeleton
 # neither.
 SCALE_SIGMA = {"height": 0.01, "world": 0.05, "other": 0.15}
 MIN_SCORE = 0.1
-# A foot stands if heel and toe move less than this, and hips rest, seen from an assumed distance and smoothed against noise.
+# A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
+# and smoothed against noise.
 STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
 
 

@@ -78,7 +78,7 @@ def scores(of: Simulated, on: Clip) -> Scores:
     kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"thing_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
-    borne = at(on.times_s, motion.times_s, vertical)
+    borne = at(on.times_s, motion.times_s[kept], vertical[kept])  # no force is known of the first frame
     hips = on.truth.at(on.times_s, ("left_hip", "right_hip")).mean(axis=1)  # (T, 3)
     if np.ptp(hips[:, 2]) > SITS_LEAST_M:
         sitting, standing = rests(hips, on.interval_s)
