@@ -267,14 +267,9 @@ def _contact(problem: Objective, spheres: Array, scale: float) -> Array:
     normal = np.take_along_axis(normals, thing[..., None], axis=0)[0]  # (G, T, 3)
     weight = np.where(nearest < 0, w.penetration / objective.SIGMA_PENETRATION_M**2, 0.0)
 
-    def pull(height: Array, sigma: float) -> Array:
-        return np.asarray(w.contact / sigma**2 / (1 + (height / sigma) ** 2) ** 2)
-
-    lowest = (np.argmin(nearest, axis=0), np.arange(nearest.shape[1]))
-    weight[lowest] += pull(nearest[lowest], objective.SIGMA_TOUCH_M)
-    soles = touch.soles.ravel()
-    share = np.repeat(problem.observations.standing, touch.soles.shape[1], axis=0) / touch.soles.shape[1]
-    weight[soles] += share * pull(nearest[soles], objective.SIGMA_STAND_M)
+    for pull in objective.pulls(touch, problem.observations, clearance):
+        far = (nearest[pull.at[1:]] + pull.depth_m) / pull.sigma
+        weight[pull.at[1:]] += w.contact * pull.weights / (pull.sigma**2 * (1 + far**2) ** 2)
     outer = normal[..., :, None] * normal[..., None, :]
     return np.swapaxes(2 * dt * weight[..., None, None] * outer, 0, 1)
 

@@ -19,6 +19,8 @@ SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
+# Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
+SEAT_DEPTH_M = 0.02
 SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
@@ -47,6 +49,7 @@ class Observations:
         place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
         standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
+        sitting: (T,) how surely the hips are still, 0 to 1.
         scale_sigma: how well the skeleton's scale is known (natural logarithm).
         neutral, spread: (16, 3) of the joints' rotation vectors: where the search begins, its scale.
         prior: on poses.
@@ -63,6 +66,7 @@ class Observations:
     place_weights: Array
     root_weights: Array
     standing: Array
+    sitting: Array
     scale_sigma: float
     neutral: Array
     spread: Array
@@ -134,6 +138,7 @@ class ContactPoints:
         drop: (G, 3) how the point moves as the sole goes down by a metre.
         mass_share: (G,) weights whose mean of the points is the centre of mass.
         soles: (2, 4) rows of the corners of the left and the right sole.
+        seat: (2, P) rows of the left and the right buttock.
     """
 
     segments: IntArray
@@ -142,6 +147,54 @@ class ContactPoints:
     drop: Array
     mass_share: Array
     soles: IntArray
+    seat: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """What is held to a support: places in an array (things, contact points, frames), of one shape.
+
+    Attributes:
+        at: three index arrays that broadcast to the places.
+        weights: of each place, or one for all.
+        sigma: distance at which the pull begins to fade, m.
+        depth_m: at which it rests in the support.
+    """
+
+    at: tuple[IntArray, IntArray, IntArray]
+    weights: Array | float
+    sigma: float
+    depth_m: float = 0.0
+
+
+def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pull, ...]:
+    """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
+
+    The lowest point of the body, the soles of feet that stand still, and both buttocks of hips at rest.
+
+    Args:
+        touch: G contact points.
+        see: of T frames.
+        clearance: (S, G, T) of the points over S things.
+    """
+    frames = np.arange(clearance.shape[2])
+    soles = touch.soles.ravel()
+    corners = touch.soles.shape[1]
+    share = np.repeat(see.standing, corners, axis=0) / corners  # (8, T)
+    thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
+    return (
+        Pull(_lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
+        Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
+        *(Pull(_lowest(rows, clearance), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M) for rows in touch.seat),
+    )
+
+
+def _lowest(rows: IntArray, clearance: Array) -> tuple[IntArray, IntArray, IntArray]:
+    """Places of the least clearance (S, G, T) of points in each frame: thing, point and frame, (T,) each."""
+    over = clearance[:, rows]
+    frames = np.arange(over.shape[2])
+    thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
+    return thing, rows[row], frames
 
 
 def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
@@ -162,6 +215,7 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
     drop = np.outer(sole, [0.0, 0.0, -1.0])
     # corners with the lower sign of z come first in every pair
     soles = np.array([np.flatnonzero(parts == f"{side}_foot")[::2] for side in ("left", "right")])
+    seat = np.array([np.flatnonzero(parts == f"{side}_buttock") for side in ("left", "right")])
     return ContactPoints(
         np.array(segments),
         np.array(offsets),
@@ -169,6 +223,7 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
         drop,
         np.array(mass) / sum(mass),
         soles,
+        seat,
     )
 
 
@@ -337,42 +392,41 @@ class Objective:
         loss, slope = terms.penetration(clearance, SIGMA_PENETRATION_M)
         self.terms["penetration"] = w.penetration * dt * loss
         slope *= w.penetration * dt
-        # The lowest point of the body, and the soles of feet that stand still (in the manner of eq. 6, 7).
-        frames = np.arange(clearance.shape[2])
-        lowest = np.argmin(clearance.reshape(-1, len(frames)), axis=0)  # (T,)
-        closest = (*np.unravel_index(lowest, clearance.shape[:2]), frames)
-        loss, g = terms.touching(clearance[closest], SIGMA_TOUCH_M)
-        slope[closest] += w.contact * dt * g
-        soles = touch.soles.ravel()
-        corners = touch.soles.shape[1]
-        share = np.repeat(self.observations.standing, corners, axis=0) / corners  # (8, T)
-        thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
-        stand = (thing, soles[:, None], frames[None])
-        more, g = terms.touching(clearance[stand], SIGMA_STAND_M, share)
-        slope[stand] += w.contact * dt * g
-        self.terms["contact"] = w.contact * dt * (loss + more)
-        gradient = np.einsum("sgt,sgti->gti", slope, normals)
-        gradient += self._motion_of_mass(points)
+        self.terms["contact"] = 0.0
+        for pull in pulls(touch, self.observations, clearance):
+            loss, g = terms.touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
+            self.terms["contact"] += w.contact * dt * loss
+            slope[pull.at] += w.contact * dt * g
+        # where hips at rest are near a seat, the feet don't bear the person
+        hips = _lowest(touch.seat.ravel(), clearance)
+        far = np.maximum(clearance[hips], 0.0) / SIGMA_TOUCH_M
+        seated = self.observations.sitting / (1 + far**2)  # (T,)
+        moving, d_borne = self._motion_of_mass(points, 1 - seated)
+        slope[hips] += d_borne * seated * 2 * far / (1 + far**2) / SIGMA_TOUCH_M
+        gradient = np.einsum("sgt,sgti->gti", slope, normals) + moving
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
         return points, gradient, d_scale
 
-    def _motion_of_mass(self, points: Array) -> Array:
-        """Terms of the centre of mass; returns their gradient, (G, T, 3), by the contact points."""
+    def _motion_of_mass(self, points: Array, borne: Array) -> tuple[Array, Array]:
+        """Terms of the centre of mass; gradients by the contact points (G, T, 3) and by `borne` (T,)."""
         touch, w, dt = self.contacts, self.weights, self.observations.interval_s
         com = np.tensordot(touch.mass_share, points, axes=1)  # (T, 3)
         loss, g_com = terms.acceleration(com[None] / SIGMA_COM_MPS2, dt, 1.0)
         self.terms["smooth_com"] = w.smooth_com * dt * loss
         d_com = w.smooth_com * dt * g_com[0] / SIGMA_COM_MPS2  # (T, 3)
-        gradient = np.zeros_like(points)
+        gradient, d_borne = np.zeros_like(points), np.zeros_like(borne)
         if w.balance:
             feet = points[touch.soles].mean(axis=1)  # (2, T, 3)
             over = com - [0.0, 0.0, self.scene.ground.height_m]
-            loss, g_com, g_feet = terms.balance(over, feet, self.observations.standing, dt, SIGMA_BALANCE_M)
+            loss, g_com, g_feet, d_borne = terms.balance(
+                over, feet, self.observations.standing, borne, dt, SIGMA_BALANCE_M
+            )
+            d_borne *= w.balance * dt
             self.terms["balance"] = w.balance * dt * loss
             d_com = d_com + w.balance * dt * g_com
             gradient[touch.soles] += w.balance * dt * g_feet[:, None] / touch.soles.shape[1]
         gradient += touch.mass_share[:, None, None] * d_com
-        return gradient
+        return gradient, d_borne
 
     def _shared(self, variables: Variables) -> Array:
         """Priors on scale, sole, lengths and lean; returns their gradient, (2 + L + 3 F,)."""

@@ -21,7 +21,8 @@ from simrecon.types import Array, Camera, Evidence, Skeleton
 # neither.
 SCALE_SIGMA = {"height": 0.01, "world": 0.05, "other": 0.15}
 MIN_SCORE = 0.1
-# A foot stands if heel and toe move less than this, seen from an assumed distance and smoothed against noise.
+# A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
+# and smoothed against noise.
 STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
 
 
@@ -81,9 +82,18 @@ def observe(
     rays = np.zeros_like(points.pixels)
     if use_image and camera is not None:
         rays = np.nan_to_num(cameras.undistort(camera, points.pixels))
+    interval = float(evidence.times_s[1] - evidence.times_s[0])
     known_scale = "height" if evidence.height_m else "world" if evidence.joints_frame == "world" else "other"
+
+    def resting(*names: str) -> Array:
+        rows = [skeleton.point_names.index(name) for name in names]
+        # in the image, else in 3D
+        if camera is not None and points.scores[rows].any():
+            return _resting(rays[rows] * DISTANCE_M, points.scores[rows], interval)
+        return _resting(in_world[rows], points.known[rows], interval)
+
     return Observations(
-        interval_s=float(evidence.times_s[1] - evidence.times_s[0]),
+        interval_s=interval,
         rays=rays,
         ray_weights=points.scores if use_image else np.zeros_like(points.scores),
         ray_sigma=plan.keypoint_scale_px / focal,
@@ -93,7 +103,8 @@ def observe(
         place_m=root,
         place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
         root_weights=root_weights,
-        standing=_standing(skeleton, rays, points, in_world, evidence, camera),
+        standing=np.stack([resting(f"{side}_heel", f"{side}_toe") for side in ("left", "right")]),
+        sitting=resting("left_hip", "right_hip"),
         scale_sigma=SCALE_SIGMA[known_scale],
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
@@ -101,29 +112,13 @@ def observe(
     )
 
 
-def _standing(
-    skeleton: Skeleton,
-    rays: Array,
-    points: Points,
-    joints_m: Array,
-    evidence: Evidence,
-    camera: Camera | None,
-) -> Array:
-    """How surely each foot stands still (2, T): by the speed of heel and toe in the image, else in 3D."""
-    interval = float(evidence.times_s[1] - evidence.times_s[0])
-    smooth = STILL_SMOOTH_S / interval
-    found = []
-    for side in ("left", "right"):
-        rows = [skeleton.point_names.index(f"{side}_{end}") for end in ("heel", "toe")]
-        in_image = camera is not None and points.scores[rows].any()
-        places = rays[rows] * DISTANCE_M if in_image else joints_m[rows]
-        known = points.scores[rows] if in_image else points.known[rows]
-        if not known.any():
-            found.append(np.zeros(places.shape[1]))
-            continue
-        weight = np.maximum(known, 1e-6)[..., None]
-        total = gaussian_filter1d(weight, smooth, axis=1)
-        smoothed = gaussian_filter1d(places * weight, smooth, axis=1) / total
-        speed = np.linalg.norm(np.gradient(smoothed, interval, axis=1), axis=-1).max(axis=0)  # (T,)
-        found.append(np.exp(-((speed / STILL_MPS) ** 2)))
-    return np.stack(found)
+def _resting(places: Array, known: Array, interval_s: float) -> Array:
+    """How surely points (M, T, n), known by weights (M, T), all stand still, (T,): by their speed."""
+    smooth = STILL_SMOOTH_S / interval_s
+    if not known.any():
+        return np.zeros(places.shape[1])
+    weight = np.maximum(known, 1e-6)[..., None]
+    total = gaussian_filter1d(weight, smooth, axis=1)
+    smoothed = gaussian_filter1d(places * weight, smooth, axis=1) / total
+    speed = np.linalg.norm(np.gradient(smoothed, interval_s, axis=1), axis=-1).max(axis=0)  # (T,)
+    return np.asarray(np.exp(-((speed / STILL_MPS) ** 2)))

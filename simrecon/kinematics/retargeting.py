@@ -217,6 +217,7 @@ def _observe(
     root = np.tensordot(roots, marks_m, axes=1)  # (T, 3)
     gaussian = prior.gaussian(skeleton)
     standing = found.held[touch.soles].mean(axis=1)  # (2, T - 1)
+    sitting = found.held[touch.seat].max(axis=(0, 1))  # (T - 1,)
     return Observations(
         interval_s=interval_s,
         rays=np.zeros((count, frames, 2)),
@@ -229,6 +230,7 @@ def _observe(
         place_weights=np.ones(frames),
         root_weights=roots,
         standing=np.concatenate((standing[:, :1], standing), axis=1),
+        sitting=np.append(sitting[:1], sitting),
         scale_sigma=1.0,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,

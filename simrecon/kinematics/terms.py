@@ -109,8 +109,8 @@ def penetration(clearance_m: Array, sigma: float) -> tuple[float, Array]:
 
 
 def balance(
-    com_m: Array, feet_m: Array, standing: Array, interval_s: float, sigma: float
-) -> tuple[float, Array, Array]:
+    com_m: Array, feet_m: Array, standing: Array, borne: Array, interval_s: float, sigma: float
+) -> tuple[float, Array, Array, Array]:
     """Distance of the zero-moment point from the support of the standing feet, robust.
 
     The ground can only push where the person stands: the point c_xy - c_z c̈_xy / g (Vukobratović 1972, for a
@@ -121,12 +121,13 @@ def balance(
         com_m: (T, 3) centre of mass, heights over the floor.
         feet_m: (2, T, 3) middle of the left and the right sole.
         standing: (2, T) how surely each foot stands, 0 to 1; frames without one don't count.
+        borne: (T,) how surely nothing but the feet bears the person, 0 to 1.
         interval_s: between frames.
         sigma: distance at which the pull begins to fade, about half the length of a foot. A margin
             without any pull, and a stiff one beyond, would be as right, but hard to search.
 
     Returns:
-        The loss and its gradients, (T, 3) of the centre of mass and (2, T, 3) of the feet.
+        The loss and its gradients, (T, 3) of the centre of mass, (2, T, 3) of the feet, (T,) of `borne`.
     """
     g = 9.81
     acceleration = (com_m[2:, :2] - 2 * com_m[1:-1, :2] + com_m[:-2, :2]) / interval_s**2  # (T - 2, 2)
@@ -142,7 +143,10 @@ def balance(
     ]  # (T - 2, 1) 0 left, 1 right
     offset = point - (1 - share) * left - share * right  # (T - 2, 2)
     loss, slope = cauchy(np.sum(offset**2, axis=-1) / sigma**2)
-    weight = np.where((sure >= STANDS).any(axis=0), sure.max(axis=0), 0.0)
+    sure_of = np.where((sure >= STANDS).any(axis=0), sure.max(axis=0), 0.0)
+    weight = sure_of * borne[1:-1]
+    d_borne = np.zeros(len(com_m))
+    d_borne[1:-1] = sure_of * loss
     d_point = (2 * weight * slope / sigma**2)[:, None] * offset  # (T - 2, 2)
     d_com, d_feet = np.zeros_like(com_m), np.zeros_like(feet_m)
     lever = d_point * -height / (g * interval_s**2)
@@ -152,7 +156,7 @@ def balance(
     d_com[1:-1, 2] -= np.sum(d_point * acceleration, axis=-1) / g
     d_feet[0, 1:-1, :2] = -(1 - share) * d_point
     d_feet[1, 1:-1, :2] = -share * d_point
-    return float(np.sum(weight * loss)), d_com, d_feet
+    return float(np.sum(weight * loss)), d_com, d_feet, d_borne
 
 
 def touching(clearance_m: Array, sigma: float, weights: Array | float = 1.0) -> tuple[float, Array]:

@@ -46,6 +46,7 @@ class Bones:
         starts, ends: joints whose middle is an end, by part.
         radii_m: (C,); for foot points the height at which they rest in the reference.
         along: (C, 2) where on the way from start to end the capsule begins and ends.
+        behind_m: (C,) how far its axis lies behind the bone, as the trunk faces.
     """
 
     names: tuple[str, ...]
@@ -53,6 +54,7 @@ class Bones:
     ends: tuple[tuple[str, ...], ...]
     radii_m: Array
     along: Array
+    behind_m: Array
 
 
 @cache
@@ -102,8 +104,8 @@ def bones(
         The capsules of `models/body/centre_of_mass.toml`, and the foot points that are there; those rest at
         the 5th percentile of their distance to the scene.
     """
+    stature = stature_m(names, truth_m)
     if radii_m is None:
-        stature = stature_m(names, truth_m)
         radii_m = {name: stature * radius for name, radius in _radii().items()}
     entries = [side for entry in _data()["capsule"] for side in _sides(entry)]
     feet = [point for point in FOOT_POINTS if point in names]
@@ -118,6 +120,7 @@ def bones(
         (*(tuple(entry["to"]) for entry in entries), *((point,) for point in feet)),
         np.array(radii + rest),
         np.array([entry.get("along", [0.0, 1.0]) for entry in entries] + [[0.0, 1.0]] * len(feet)),
+        np.array([stature * entry.get("behind", 0.0) for entry in entries] + [0.0] * len(feet)),
     )
 
 
@@ -130,7 +133,16 @@ def bone_clearance(parts: Bones, names: Sequence[str], joints_m: Array, scene: S
     )
     way = parts.along[:, :1] + _SAMPLES * np.diff(parts.along, axis=1)  # (C, 5)
     points = start[..., None, :] + way[..., None] * (end - start)[..., None, :]  # (T, C, 5, 3)
+    points -= parts.behind_m[:, None, None] * _ahead(at)[..., None, None, :]
     return np.asarray(over(scene, points).min(-1) - parts.radii_m)
+
+
+def _ahead(at: Mapping[str, Array]) -> Array:
+    """Unit vectors (T, 3) in which the trunk faces."""
+    left, right = (at[f"{side}_hip"] for side in ("left", "right"))
+    up = at["left_shoulder"] + at["right_shoulder"] - left - right
+    ahead = np.cross(left - right, up)
+    return np.asarray(ahead / np.maximum(np.linalg.norm(ahead, axis=-1, keepdims=True), 1e-9))
 
 
 def touching(

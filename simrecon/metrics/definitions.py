@@ -89,7 +89,7 @@ THINGS = {
     "reference_rises": "how often the reference rises",
     "thing_penetration_max_mm": "greatest depth of the person in a thing",
     "sheet_sink_mm": "greatest sink of a mat or trampoline",
-    "apex_mm": "greatest height of the centre of mass after that, over its height at the start",
+    "apex_mm": "greatest height of the centre of mass over its height at the start",
     "apex_s": "when",
 }
 PLATES = {

@@ -78,7 +78,7 @@ def scores(of: Simulated, on: Clip) -> Scores:
     kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"thing_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
-    borne = at(on.times_s, motion.times_s, vertical)
+    borne = at(on.times_s, motion.times_s[kept], vertical[kept])  # no force is known of the first frame
     hips = on.truth.at(on.times_s, ("left_hip", "right_hip")).mean(axis=1)  # (T, 3)
     if np.ptp(hips[:, 2]) > SITS_LEAST_M:
         sitting, standing = rests(hips, on.interval_s)
@@ -124,19 +124,18 @@ def _climbs(before: Flags, after: Flags) -> int:
 
 
 def _sheets(of: Simulated) -> dict[str, float]:
-    """Sink of mats and trampolines, and how high the centre of mass comes after it."""
+    """Sink of mats and trampolines, and how high the centre of mass comes over where it began."""
     if not any(parts.sheet(item) for item in of.scene.items):
         return {}
     model, motion = of.model, of.motion
     tiles = [i for i in range(model.njnt) if "/tile_" in model.joint(i).name]
-    sink = -motion.qpos[:, model.jnt_qposadr[tiles]].min(axis=1)  # (T,)
-    deepest = int(sink.argmax())
-    after = motion.com_m[deepest:, 2] - motion.com_m[0, 2]
-    top = int(after.argmax())
+    kept = motion.status == SIMULATED
+    sink = -motion.qpos[kept][:, model.jnt_qposadr[tiles]].min(axis=1)  # (T,)
+    rise = motion.com_m[kept, 2] - motion.com_m[0, 2]
     return {
-        "sheet_sink_mm": 1e3 * float(sink[deepest]),
-        "apex_mm": 1e3 * float(after[top]),
-        "apex_s": float(motion.times_s[deepest + top]),
+        "sheet_sink_mm": 1e3 * float(sink.max()),
+        "apex_mm": 1e3 * float(rise.max()),
+        "apex_s": float(motion.times_s[kept][rise.argmax()]),
     }
 
 

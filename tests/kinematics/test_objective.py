@@ -15,7 +15,7 @@ from simrecon.body import primitives
 from simrecon.kinematics import objective as objectives
 from simrecon.kinematics.conditioning import Conditioning, by_frame, condition
 from simrecon.kinematics.curvature import curvature
-from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points, leans
+from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points, leans, pulls
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Ground, Scene, SceneItem
 
@@ -51,6 +51,7 @@ def objective(make, weights) -> Objective:
         place_weights=np.array([1.0, 0.0, 1.0, 1.0]),
         root_weights=roots,
         standing=rng.uniform(0, 1, (2, T)),
+        sitting=rng.uniform(0, 1, T),
         scale_sigma=0.1,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
@@ -178,6 +179,38 @@ def test_contact_points_are_those_of_the_primitives(objective: Objective) -> Non
         np.testing.assert_allclose(touch.offsets_m[rows, 2], corners[:, 2].min())
         assert len({tuple(place) for place in touch.offsets_m[rows]}) == 4
         np.testing.assert_array_equal(touch.drop[rows], np.tile([0.0, 0.0, -1.0], (4, 1)))
+
+
+def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(objective: Objective) -> None:
+    touch = objective.contacts
+    for side, rows in zip(("left", "right"), touch.seat, strict=True):
+        assert (touch.segments[rows] == objective.skeleton.names.index("pelvis")).all()
+        assert ((touch.offsets_m[rows, 1] > 0) == (side == "left")).all()
+    clearance = np.full((2, len(touch.segments), T), 0.5)
+    clearance[1, touch.seat[:, 1]] = 0.03  # over the second thing
+    see = replace(objective.observations, sitting=np.array([1.0, 0.5, 0.0, 0.0]))
+    for pull, rows in zip(pulls(touch, see, clearance)[-2:], touch.seat, strict=True):
+        thing, point, frame = pull.at
+        assert (thing == 1).all()
+        assert (point == rows[1]).all()
+        np.testing.assert_array_equal(frame, np.arange(T))
+        np.testing.assert_array_equal(pull.weights, see.sitting)
+
+
+def test_hips_at_rest_on_a_seat_need_no_balance_over_the_feet(objective: Objective, point: Array) -> None:
+    """The pelvis of the fixture is half a metre over the step; a block of that height is a seat."""
+    pelvis = Variables.unpack(point, T, LENGTHS).root_m.mean(axis=0)
+    size = (1.0, 1.0, float(pelvis[2]) - 0.1)
+    seat = SceneItem("seat", "box", (float(pelvis[0]), float(pelvis[1]), 0.0), {"size_m": size})
+
+    def balance(sitting: float) -> float:
+        made = only(objective, "balance")
+        made.scene = replace(made.scene, items=(seat,))
+        made.observations = replace(made.observations, sitting=np.full(T, sitting))
+        assert error(made, point) < 1e-6
+        return made.terms["balance"]
+
+    assert balance(1.0) < 0.3 * balance(0.0)
 
 
 def test_the_curvature_is_that_of_the_quadratic_terms(objective: Objective, point: Array) -> None:

@@ -99,10 +99,12 @@ def test_the_gradient_of_balance_is_that_of_finite_differences() -> None:
     standing = np.array([[1, 1, 1, 0, 0, 0.5, 1, 1], [1, 0.1, 0.8, 0.9, 0, 0.2, 1, 0]], dtype=float)
 
     def loss(where: Array) -> tuple[float, Array]:
-        value, d_com, d_feet = terms.balance(where[:8], where[8:].reshape(2, 8, 3), standing, 0.2, 0.05)
-        return value, np.concatenate((d_com, d_feet.reshape(16, 3)))
+        feet_m = where[8:24].reshape(2, 8, 3)
+        value, *slopes, d_borne = terms.balance(where[:8], feet_m, standing, where[24:, 0], 0.2, 0.05)
+        slopes.append(np.outer(d_borne, [1.0, 0.0, 0.0]))
+        return value, np.concatenate([slope.reshape(-1, 3) for slope in slopes])
 
-    where = np.concatenate((com, feet.reshape(16, 3)))
+    where = np.concatenate((com, feet.reshape(16, 3), rng.uniform(0, 1, (8, 3))))
     _, gradient = loss(where)
     assert np.abs(gradient).max() > 1
     for index in np.ndindex(where.shape):
@@ -120,11 +122,13 @@ def test_who_stands_over_a_foot_is_in_balance_and_who_leans_is_not() -> None:
     over, lean, right = (
         np.tile(place, (5, 1)) for place in ([0.0, 0.0, 0.9], [0.3, 0.0, 0.9], [0.0, -0.1, 0.9])
     )
-    assert terms.balance(over, feet, both, 0.1, 0.05)[0] == 0.0
-    assert terms.balance(lean, feet, both, 0.1, 0.05)[0] > 1.0
-    assert terms.balance(right, feet, both, 0.1, 0.05)[0] == 0.0
-    assert terms.balance(right, feet, left, 0.1, 0.05)[0] > 1.0
-    assert terms.balance(lean, feet, np.zeros((2, 5)), 0.1, 0.05)[0] == 0.0
+    alone = np.ones(5)
+    assert terms.balance(over, feet, both, alone, 0.1, 0.05)[0] == 0.0
+    assert terms.balance(lean, feet, both, alone, 0.1, 0.05)[0] > 1.0
+    assert terms.balance(right, feet, both, alone, 0.1, 0.05)[0] == 0.0
+    assert terms.balance(right, feet, left, alone, 0.1, 0.05)[0] > 1.0
+    assert terms.balance(lean, feet, np.zeros((2, 5)), alone, 0.1, 0.05)[0] == 0.0
+    assert terms.balance(lean, feet, both, np.zeros(5), 0.1, 0.05)[0] == 0.0  # something else bears, too
 
 
 def test_what_lies_within_the_limits_is_free() -> None:
