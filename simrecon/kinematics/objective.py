@@ -85,6 +85,7 @@ class Observations:
             place_m=self.place_m[frames],
             place_weights=self.place_weights[frames],
             standing=self.standing[:, frames],
+            sitting=self.sitting[frames],
         )
 
 

@@ -290,6 +290,7 @@ def repeated(objective: Objective, point: Array, rows: Array) -> tuple[Objective
         place_m=old.place_m[rows],
         place_weights=old.place_weights[rows],
         standing=old.standing[:, rows],
+        sitting=old.sitting[rows],
     )
     base, weights = objective.base[rows], objective.weights
     long = Objective(objective.skeleton, objective.contacts, objective.scene, base, see, weights)
