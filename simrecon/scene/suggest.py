@@ -165,7 +165,7 @@ def _seat(
     half = 1.0
     name, kind, front = "bed", "box", 1.0
     if not lying:
-        # the front edge lies under the thigh, and behind the heels; at 15 cm calves bumped into it in standing
+        # the front edge lies under the thigh, and behind the heels; at 15 cm standing calves bumped into it
         soles = motion.soles_m[:, frames][..., :2] - place[:2]  # (2, F, 4, 2)
         heels = float(np.median((soles @ facing).min(axis=-1)))
         name, kind, front = (
