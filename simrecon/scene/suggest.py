@@ -23,7 +23,7 @@ FOOT_STILL_MPS, FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.25, 0.12, 0.04, 0.3
 FOOT_TILT_M = 0.09  # from the lowest corner of a sole to the highest: 20 degrees, which a fit is often off
 SAME_PLACE_M, SAME_HEIGHT_M = 0.5, 0.06
 BEAM_ASPECT, BEAM_WIDTH_MAX_M, MARGIN_M = 4.0, 0.25, 0.1
-SEAT_BEHIND_M, SEAT_BEFORE_M, SEAT_LEAST_DEPTH_M, SEAT_WIDTH_M = 0.25, 0.10, 0.25, 0.9
+SEAT_BEHIND_M, SEAT_BEFORE_M, SEAT_LEAST_DEPTH_M, SEAT_WIDTH_M = 0.25, 0.15, 0.25, 0.9
 SEAT_THICK_M = 0.12
 # Of the heights at rest: flesh gives way, primitives don't, and who hovers over a seat squats.
 SEAT_PERCENTILE = 75.0
@@ -165,7 +165,7 @@ def _seat(
     half = 1.0
     name, kind, front = "bed", "box", 1.0
     if not lying:
-        # the front edge lies under the thigh, and behind the heels; at 15 cm standing calves bumped into it
+        # the front edge lies under the thigh, and behind the heels
         soles = motion.soles_m[:, frames][..., :2] - place[:2]  # (2, F, 4, 2)
         heels = float(np.median((soles @ facing).min(axis=-1)))
         name, kind, front = (
