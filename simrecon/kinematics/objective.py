@@ -32,6 +32,7 @@ SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
 SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
 LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
 SIGMA_LENGTH = 0.05
+FAR_M = 10.0  # in place of the infinite distance of things out of reach
 SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
 # Frames whose loss is taken at once, which bounds memory, and frames on which a term reaches, but for one.
 BLOCK, OVERLAP = 600, 2
@@ -171,7 +172,8 @@ class Pull:
 def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pull, ...]:
     """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
 
-    The lowest point of the body, the soles of feet that stand still, and both buttocks of hips at rest.
+    The lowest point of the body, the soles of feet that stand still, and, over things, both buttocks of hips
+    at rest. Over the ground they are left alone: who gets up turns over the hips (17 mm worse on one clip).
 
     Args:
         touch: G contact points.
@@ -186,16 +188,20 @@ def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pu
     return (
         Pull(_lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
         Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
-        *(Pull(_lowest(rows, clearance), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M) for rows in touch.seat),
+        *(
+            Pull(_lowest(rows, clearance, 1), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M)
+            for rows in touch.seat
+            if len(clearance) > 1
+        ),
     )
 
 
-def _lowest(rows: IntArray, clearance: Array) -> tuple[IntArray, IntArray, IntArray]:
-    """Places of the least clearance (S, G, T) of points in each frame: thing, point and frame, (T,) each."""
-    over = clearance[:, rows]
+def _lowest(rows: IntArray, clearance: Array, first: int = 0) -> tuple[IntArray, IntArray, IntArray]:
+    """Places of the least clearance (S, G, T) of points over things from `first` on, by frame, (T,) each."""
+    over = clearance[first:, rows]
     frames = np.arange(over.shape[2])
     thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
-    return thing, rows[row], frames
+    return thing + first, rows[row], frames
 
 
 def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
@@ -389,7 +395,7 @@ class Objective:
         offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
         points = forward.points(pose, touch.segments, offsets)  # (G, T, 3)
         apart, normals = scenes.nearby(self.scene, points)  # (S, G, T), (S, G, T, 3)
-        clearance = apart - scale * touch.radii_m[:, None]
+        clearance = np.minimum(apart, FAR_M) - scale * touch.radii_m[:, None]
         loss, slope = terms.penetration(clearance, SIGMA_PENETRATION_M)
         self.terms["penetration"] = w.penetration * dt * loss
         slope *= w.penetration * dt
@@ -398,15 +404,26 @@ class Objective:
             loss, g = terms.touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
             self.terms["contact"] += w.contact * dt * loss
             slope[pull.at] += w.contact * dt * g
-        # where hips at rest are near a seat, the feet don't bear the person
-        hips = _lowest(touch.seat.ravel(), clearance)
-        far = np.maximum(clearance[hips], 0.0) / SIGMA_TOUCH_M
-        seated = self.observations.sitting / (1 + far**2)  # (T,)
+        seated, hips, fading = self._seated(clearance)
         moving, d_borne = self._motion_of_mass(points, 1 - seated)
-        slope[hips] += d_borne * seated * 2 * far / (1 + far**2) / SIGMA_TOUCH_M
+        slope[hips] += d_borne * fading
         gradient = np.einsum("sgt,sgti->gti", slope, normals) + moving
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
         return points, gradient, d_scale
+
+    def _seated(self, clearance: Array) -> tuple[Array, tuple[IntArray, IntArray, IntArray], Array]:
+        """How surely something but the feet bears the person (T,): hips at rest near a thing.
+
+        With the places of the clearances (S, G, T) that say so, and minus the derivative by them.
+        """
+        frames = np.arange(clearance.shape[2])
+        if len(clearance) == 1:  # nothing but the ground
+            none = np.zeros(len(frames), np.int64)
+            return np.zeros(len(frames)), (none, none, frames), np.zeros(len(frames))
+        hips = _lowest(self.contacts.seat.ravel(), clearance, 1)
+        far = np.maximum(clearance[hips], 0.0) / SIGMA_TOUCH_M
+        seated = self.observations.sitting / (1 + far**2)
+        return seated, hips, seated * 2 * far / (1 + far**2) / SIGMA_TOUCH_M
 
     def _motion_of_mass(self, points: Array, borne: Array) -> tuple[Array, Array]:
         """Terms of the centre of mass; gradients by the contact points (G, T, 3) and by `borne` (T,)."""

@@ -78,14 +78,15 @@ def scores(of: Simulated, on: Clip) -> Scores:
     kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"thing_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
-    borne = at(on.times_s, motion.times_s[kept], vertical[kept])  # no force is known of the first frame
+    known = at(on.times_s, motion.times_s, kept.astype(np.float64)) > 0.99  # not the first frame, no fallback
+    borne = at(on.times_s, motion.times_s, vertical)
     hips = on.truth.at(on.times_s, ("left_hip", "right_hip")).mean(axis=1)  # (T, 3)
     if np.ptp(hips[:, 2]) > SITS_LEAST_M:
-        sitting, standing = rests(hips, on.interval_s)
+        sitting, standing = (at_rest & known for at_rest in rests(hips, on.interval_s))
         numbers |= {
             "thing_sitting_pct": float(borne[sitting].mean()) if sitting.any() else np.nan,
             "thing_standing_pct": float(borne[standing].max()) if standing.any() else np.nan,
-            "rises": float(releases(borne, on.interval_s)),
+            "rises": float(releases(borne[known], on.interval_s)),
             "reference_rises": float(rises(hips[:, 2])),
         }
     found = check.penetrations(of.model, of.scene, motion.qpos[kept])
