@@ -6,6 +6,7 @@ import dataclasses
 import json
 import multiprocessing
 import os
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -138,8 +139,7 @@ def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:
         for index, task in enumerate(work):
             yield index, execute(task)
         return
-    # a fresh interpreter for each worker: a forked one would inherit the simulator's threads
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with workers(jobs) as pool:
         waiting = {pool.submit(execute, task): index for index, task in enumerate(work)}
         for future in as_completed(waiting):
             index = waiting[future]
@@ -147,6 +147,24 @@ def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:
                 yield index, future.result()
             except BrokenProcessPool:
                 yield index, failed(work[index], "its worker ended early; run the suite again, which goes on")
+
+
+def workers(jobs: int) -> ProcessPoolExecutor:
+    """Processes for tasks, which end with this one, even if it is killed."""
+    # a fresh interpreter for each: a forked one would inherit the simulator's threads
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    threading.Thread(target=_outlive, daemon=True).start()
+
+
+def _outlive() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def write(target: Path, content: str) -> None:

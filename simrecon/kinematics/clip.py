@@ -14,17 +14,11 @@ from simrecon import camera as cameras
 from simrecon.body import names, primitives, shape, shaped
 from simrecon.evidence import visibility
 from simrecon.kinematics import forward, ground, initial, search, world
+from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
-from simrecon.kinematics.objective import (
-    SOLE_M,
-    Objective,
-    Observations,
-    Variables,
-    contact_points,
-    leans,
-    to_qpos,
-)
+from simrecon.kinematics.objective import SOLE_M, Objective, Observations
 from simrecon.kinematics.observe import by_point, observe
+from simrecon.kinematics.variables import Variables, leans, to_qpos
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Body, Camera, Evidence, IntArray, KinematicFit, Scene, Skeleton
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from simrecon import rotations
 from simrecon import scene as scenes
-from simrecon.kinematics import forward, objective, terms
-from simrecon.kinematics.objective import Objective, Observations, Variables
+from simrecon.kinematics import contacts, forward, objective, terms
+from simrecon.kinematics.objective import Objective, Observations
+from simrecon.kinematics.variables import Variables
 from simrecon.types import Array, IntArray, Skeleton
 
 FREE = 54
@@ -259,7 +260,7 @@ def _mass_chains(problem: Objective, spheres: Array) -> list[tuple[slice, list[A
 
 def _contact(problem: Objective, spheres: Array, scale: float) -> Array:
     """Curvature of contact and penetration by the spheres, (T, G, 3, 3)."""
-    w, dt, touch = problem.weights, problem.observations.interval_s, problem.contacts
+    w, see, touch = problem.weights, problem.observations, problem.contacts
     apart, normals = scenes.nearby(problem.scene, spheres)  # (S, G, T), (S, G, T, 3)
     clearance = apart - scale * touch.radii_m[:, None]
     thing = np.argmin(clearance, axis=0)[None]  # (1, G, T)
@@ -267,11 +268,11 @@ def _contact(problem: Objective, spheres: Array, scale: float) -> Array:
     normal = np.take_along_axis(normals, thing[..., None], axis=0)[0]  # (G, T, 3)
     weight = np.where(nearest < 0, w.penetration / objective.SIGMA_PENETRATION_M**2, 0.0)
 
-    for pull in objective.pulls(touch, problem.observations, clearance):
+    for pull in contacts.pulls(touch, see.standing, see.sitting, clearance):
         far = (nearest[pull.at[1:]] + pull.depth_m) / pull.sigma
         weight[pull.at[1:]] += w.contact * pull.weights / (pull.sigma**2 * (1 + far**2) ** 2)
     outer = normal[..., :, None] * normal[..., None, :]
-    return np.swapaxes(2 * dt * weight[..., None, None] * outer, 0, 1)
+    return np.swapaxes(2 * see.interval_s * weight[..., None, None] * outer, 0, 1)
 
 
 def _joints(problem: Objective, variables: Variables, blocks: list[Array]) -> None:

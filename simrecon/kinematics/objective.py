@@ -11,16 +11,14 @@ from simrecon import body as bodies
 from simrecon import rotations
 from simrecon import scene as scenes
 from simrecon.kinematics import forward, terms
+from simrecon.kinematics.contacts import SIGMA_TOUCH_M, ContactPoints, Places, lowest, pulls
+from simrecon.kinematics.variables import Variables, leans
 from simrecon.plan import Kinematics
 from simrecon.prior import Prior
-from simrecon.types import Array, IntArray, Primitive, Scene, Skeleton
+from simrecon.types import Array, Scene, Skeleton
 
 SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
-SIGMA_TOUCH_M = 0.05
-SIGMA_STAND_M = 0.1
-# Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
-SEAT_DEPTH_M = 0.02
 SIGMA_BALANCE_M = 0.08
 SIGMA_STILL_MPS = 0.1
 SIGMA_SMOOTH_MPS2 = 20.0
@@ -29,8 +27,7 @@ SIGMA_SMOOTH_RADPS2 = 100.0
 SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
 # The 3D estimate as a whole leans by some degrees, more or less so as the person turns; lengths measured in
 # it are off by some per cent.
-SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
-LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
+SIGMA_LEAN_RAD = 0.15
 SIGMA_LENGTH = 0.05
 FAR_M = 10.0  # in place of the infinite distance of things out of reach
 SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
@@ -88,150 +85,6 @@ class Observations:
             standing=self.standing[:, frames],
             sitting=self.sitting[frames],
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Variables:
-    """Unknowns of the fit.
-
-    Attributes:
-        root_m: (T, 3); rotvecs: (17, T, 3).
-        log_scale: natural logarithm of the skeleton's scale; sole_m: how far the sole is below its place.
-        lengths: (L,) natural logarithms of factors on the skeleton's lengths (`bodies.length_offsets`).
-        lean: (F, 3) cosine coefficients of the rotation vector by which the 3D estimate is turned.
-    """
-
-    root_m: Array
-    rotvecs: Array
-    log_scale: float
-    sole_m: float
-    lengths: Array
-    lean: Array
-
-    def pack(self) -> Array:
-        """As one vector."""
-        shared = ([self.log_scale, self.sole_m], self.lengths, self.lean.ravel())
-        return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), *shared))
-
-    def part(self, frames: slice) -> Variables:
-        """Those of some frames, and the shared ones."""
-        return replace(self, root_m=self.root_m[frames], rotvecs=self.rotvecs[:, frames])
-
-    @staticmethod
-    def unpack(x: Array, frames: int, lengths: int) -> Variables:
-        """From one vector of `frames` frames and `lengths` lengths."""
-        places, shared = 3 * frames, 54 * frames
-        return Variables(
-            x[:places].reshape(frames, 3),
-            x[places:shared].reshape(17, frames, 3),
-            float(x[shared]),
-            float(x[shared + 1]),
-            x[shared + 2 : shared + 2 + lengths],
-            x[shared + 2 + lengths :].reshape(-1, 3),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class ContactPoints:
-    """Spheres that stand for the primitives where they may touch the scene.
-
-    Attributes:
-        segments: (G,); offsets_m: (G, 3); radii_m: (G,).
-        drop: (G, 3) how the point moves as the sole goes down by a metre.
-        mass_share: (G,) weights whose mean of the points is the centre of mass.
-        soles: (2, 4) rows of the corners of the left and the right sole.
-        seat: (2, P) rows of the left and the right buttock.
-    """
-
-    segments: IntArray
-    offsets_m: Array
-    radii_m: Array
-    drop: Array
-    mass_share: Array
-    soles: IntArray
-    seat: IntArray
-
-
-@dataclass(frozen=True, eq=False)
-class Pull:
-    """What is held to a support: places in an array (things, contact points, frames), of one shape.
-
-    Attributes:
-        at: three index arrays that broadcast to the places.
-        weights: of each place, or one for all.
-        sigma: distance at which the pull begins to fade, m.
-        depth_m: at which it rests in the support.
-    """
-
-    at: tuple[IntArray, IntArray, IntArray]
-    weights: Array | float
-    sigma: float
-    depth_m: float = 0.0
-
-
-def pulls(touch: ContactPoints, see: Observations, clearance: Array) -> tuple[Pull, ...]:
-    """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
-
-    The lowest point of the body, the soles of feet that stand still, and, over things, both buttocks of hips
-    at rest. Over the ground they are left alone: who gets up turns over the hips (17 mm worse on one clip).
-
-    Args:
-        touch: G contact points.
-        see: of T frames.
-        clearance: (S, G, T) of the points over S things.
-    """
-    frames = np.arange(clearance.shape[2])
-    soles = touch.soles.ravel()
-    corners = touch.soles.shape[1]
-    share = np.repeat(see.standing, corners, axis=0) / corners  # (8, T)
-    thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
-    return (
-        Pull(_lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
-        Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
-        *(
-            Pull(_lowest(rows, clearance, 1), see.sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M)
-            for rows in touch.seat
-            if len(clearance) > 1
-        ),
-    )
-
-
-def _lowest(rows: IntArray, clearance: Array, first: int = 0) -> tuple[IntArray, IntArray, IntArray]:
-    """Places of the least clearance (S, G, T) of points over things from `first` on, by frame, (T,) each."""
-    over = clearance[first:, rows]
-    frames = np.arange(over.shape[2])
-    thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
-    return thing + first, rows[row], frames
-
-
-def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
-    """Ends of the capsules and corners of the boxes; `primitives` made with sole_m = 0."""
-    segments, offsets, radii, sole, owner, mass = [], [], [], [], [], []
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    for part in primitives:
-        capsule = part.kind == "capsule"
-        places = part.points_m if capsule else part.points_m + signs * part.size_m
-        for place in places:
-            segments.append(skeleton.names.index(part.segment))
-            offsets.append(place)
-            radii.append(part.size_m[0] if capsule else 0.0)
-            sole.append(float(part.name.endswith("_foot")))
-            owner.append(part.name)
-            mass.append(part.mass_kg / len(places))
-    parts = np.array(owner)
-    drop = np.outer(sole, [0.0, 0.0, -1.0])
-    # corners with the lower sign of z come first in every pair
-    soles = np.array([np.flatnonzero(parts == f"{side}_foot")[::2] for side in ("left", "right")])
-    seat = np.array([np.flatnonzero(parts == f"{side}_buttock") for side in ("left", "right")])
-    return ContactPoints(
-        np.array(segments),
-        np.array(offsets),
-        np.array(radii),
-        drop,
-        np.array(mass) / sum(mass),
-        soles,
-        seat,
-    )
 
 
 class Objective:
@@ -391,7 +244,8 @@ class Objective:
 
     def _contacts(self, pose: forward.Pose, variables: Variables, scale: float) -> tuple[Array, Array, float]:
         """Terms of the contact points: positions, gradient, and the gradient of log scale by their radii."""
-        touch, w, dt = self.contacts, self.weights, self.observations.interval_s
+        touch, see, w = self.contacts, self.observations, self.weights
+        dt = see.interval_s
         offsets = scale * touch.offsets_m + variables.sole_m * touch.drop
         points = forward.points(pose, touch.segments, offsets)  # (G, T, 3)
         apart, normals = scenes.nearby(self.scene, points)  # (S, G, T), (S, G, T, 3)
@@ -400,7 +254,7 @@ class Objective:
         self.terms["penetration"] = w.penetration * dt * loss
         slope *= w.penetration * dt
         self.terms["contact"] = 0.0
-        for pull in pulls(touch, self.observations, clearance):
+        for pull in pulls(touch, see.standing, see.sitting, clearance):
             loss, g = terms.touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
             self.terms["contact"] += w.contact * dt * loss
             slope[pull.at] += w.contact * dt * g
@@ -411,7 +265,7 @@ class Objective:
         d_scale = -float(np.sum(slope.sum(axis=0) * scale * touch.radii_m[:, None]))
         return points, gradient, d_scale
 
-    def _seated(self, clearance: Array) -> tuple[Array, tuple[IntArray, IntArray, IntArray], Array]:
+    def _seated(self, clearance: Array) -> tuple[Array, Places, Array]:
         """How surely something but the feet bears the person (T,): hips at rest near a thing.
 
         With the places of the clearances (S, G, T) that say so, and minus the derivative by them.
@@ -420,7 +274,7 @@ class Objective:
         if len(clearance) == 1:  # nothing but the ground
             none = np.zeros(len(frames), np.int64)
             return np.zeros(len(frames)), (none, none, frames), np.zeros(len(frames))
-        hips = _lowest(self.contacts.seat.ravel(), clearance, 1)
+        hips = lowest(self.contacts.seat.ravel(), clearance, 1)
         far = np.maximum(clearance[hips], 0.0) / SIGMA_TOUCH_M
         seated = self.observations.sitting / (1 + far**2)
         return seated, hips, seated * 2 * far / (1 + far**2) / SIGMA_TOUCH_M
@@ -481,17 +335,3 @@ class Objective:
             self.terms["prior"] = w.prior * dt * float(np.sum(squared))
             gradient[1:] += w.prior * dt * np.swapaxes(g, 0, 1)
         return gradient
-
-
-def leans(frames: int, interval_s: float) -> Array:
-    """Slow cosines of a clip (T, F), the first one constant; each of root mean square one."""
-    count = min(1 + int(2 * frames * interval_s / LEAN_PERIOD_S), LEANS_MAX)
-    phase = np.pi * (np.arange(frames)[:, None] + 0.5) / frames * np.arange(min(count, frames))  # (T, F)
-    return np.where(np.arange(phase.shape[1]) > 0, np.sqrt(2.0), 1.0) * np.cos(phase)
-
-
-def to_qpos(root_m: Array, base: Array, rotvecs: Array) -> Array:
-    """Joint configuration (T, 7 + 4·16) of MuJoCo from the fit's variables."""
-    root = rotations.canonical(rotations.multiply(rotations.from_matrix(base), rotations.exp(rotvecs[0])))
-    joints = rotations.exp(np.swapaxes(rotvecs[1:], 0, 1))  # (T, 16, 4)
-    return np.concatenate((root_m, root, joints.reshape(len(root_m), -1)), axis=1)

@@ -21,15 +21,10 @@ from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.kinematics import forward, initial, search, terms
 from simrecon.kinematics.clip import configurations
+from simrecon.kinematics.contacts import ContactPoints, contact_points
 from simrecon.kinematics.curvature import curvature
-from simrecon.kinematics.objective import (
-    ContactPoints,
-    Objective,
-    Observations,
-    Variables,
-    contact_points,
-    to_qpos,
-)
+from simrecon.kinematics.objective import Objective, Observations
+from simrecon.kinematics.variables import Variables, to_qpos
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Body, KinematicFit, Scene, Skeleton
 

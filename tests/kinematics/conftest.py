@@ -13,7 +13,7 @@ from simrecon import camera as cameras
 from simrecon import prior, rotations
 from simrecon.body import primitives
 from simrecon.kinematics import forward
-from simrecon.kinematics.objective import contact_points
+from simrecon.kinematics.contacts import contact_points
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, Skeleton
 

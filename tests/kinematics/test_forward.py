@@ -11,7 +11,7 @@ import pytest
 from simrecon import body as bodies
 from simrecon import rotations
 from simrecon.kinematics import forward
-from simrecon.kinematics.objective import to_qpos
+from simrecon.kinematics.variables import to_qpos
 from simrecon.types import Array, Body, Skeleton
 
 T = 6

@@ -14,8 +14,10 @@ from simrecon import prior, rotations
 from simrecon.body import primitives
 from simrecon.kinematics import objective as objectives
 from simrecon.kinematics.conditioning import Conditioning, by_frame, condition
+from simrecon.kinematics.contacts import contact_points, pulls
 from simrecon.kinematics.curvature import curvature
-from simrecon.kinematics.objective import Objective, Observations, Variables, contact_points, leans, pulls
+from simrecon.kinematics.objective import Objective, Observations
+from simrecon.kinematics.variables import Variables, leans
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Ground, Scene, SceneItem
 
@@ -189,7 +191,7 @@ def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(objective: Objective) 
     clearance = np.full((2, len(touch.segments), T), 0.5)
     clearance[1, touch.seat[:, 1]] = 0.03  # over the second thing
     see = replace(objective.observations, sitting=np.array([1.0, 0.5, 0.0, 0.0]))
-    for pull, rows in zip(pulls(touch, see, clearance)[-2:], touch.seat, strict=True):
+    for pull, rows in zip(pulls(touch, see.standing, see.sitting, clearance)[-2:], touch.seat, strict=True):
         thing, point, frame = pull.at
         assert (thing == 1).all()
         assert (point == rows[1]).all()

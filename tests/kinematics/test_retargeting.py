@@ -13,7 +13,7 @@ from simrecon import kinematics, prior, rotations
 from simrecon import plan as plans
 from simrecon.body import known
 from simrecon.kinematics import forward, retargeting
-from simrecon.kinematics.objective import contact_points
+from simrecon.kinematics.contacts import contact_points
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Body, Ground, KinematicFit, Scene, SceneItem
 

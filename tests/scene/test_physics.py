@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from scipy.optimize import curve_fit
 
 from simrecon import scene as scenes
+from simrecon.bench import statics
 from simrecon.scene import parts
 from simrecon.types import Array, Friction, Ground, Scene, SceneItem
 
@@ -72,18 +72,14 @@ def test_a_block_bounces_as_a_damped_oscillator(
     mass_kg: float, stiffness: float, damping: float, timestep_s: float
 ) -> None:
     """Put down without speed it swings about its rest without leaving the floor."""
-    found = sinks(made(soft(stiffness, damping), mass_kg, timestep_s), 3.0)
-    times = timestep_s * np.arange(1, len(found) + 1)
-    decay = damping / (2 * mass_kg)
-    pulse = np.sqrt(stiffness / mass_kg - decay**2)
-
-    def model(t: Array, rest: float, size: float, rate: float, turn: float, phase: float) -> Array:
-        return rest + size * np.exp(-rate * t) * np.cos(turn * t + phase)
-
-    rest = mass_kg * GRAVITY / stiffness
-    (_, _, rate, turn, _), _ = curve_fit(model, times, found, (rest, -rest, decay, pulse, 0.0))
-    assert 2 * np.pi / turn == pytest.approx(2 * np.pi / pulse, rel=0.03)
-    assert rate == pytest.approx(decay, rel=0.03)
+    given = {
+        "mass_kg": mass_kg,
+        "stiffness_Npm": stiffness,
+        "damping_Nspm": damping,
+        "timestep_s": timestep_s,
+    }
+    for said in (statics.period(**given), statics.decay(**given)):
+        assert said.measured == pytest.approx(said.expected, rel=0.03)
 
 
 def dropped(mass_kg: float, stiffness: float, damping: float, times_s: Array, height_m: float) -> Array:
