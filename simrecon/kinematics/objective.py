@@ -25,7 +25,7 @@ SIGMA_SMOOTH_RADPS2 = 100.0
 # A person is pushed sideways by friction only, and upwards by a few times body weight at most.
 SIGMA_COM_MPS2 = np.array([3.0, 3.0, 10.0])
 # The 3D estimate as a whole leans by some degrees, more or less so as the person turns; lengths measured in
-# it are off by up to 14 per cent (BlazePose), which image, floor and balance know better (docs/decisions/0010).
+# it are off by up to 14 per cent (BlazePose): image, floor and balance know better (docs/decisions/0010).
 SIGMA_LEAN_RAD, LEAN_PERIOD_S = 0.15, 1.0
 LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
 SIGMA_LENGTH = 0.25
