@@ -52,10 +52,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class Place:
-    """`[clip.place]`: what stands in the scene, by the evidence.
+    """`[clip.place]`: what stands in the scene, by the clip's evidence or another file of the same scene.
 
     `seat` under the hips, `platform` under the first feet, `support`: all that `scene suggest` finds.
-    `evidence` instead of the clip's, of the same person, world and time, where the clip's doesn't show it.
     """
 
     kind: str

@@ -154,6 +154,7 @@ def problem(fit: KinematicFit, body: Body, weights: Kinematics) -> tuple[Retarge
     place = scaled_places(fit.scene, root, found.support_m, scale)
     # the motion before has met these; they would only move it once more
     chosen = replace(weights, keypoint=0.0, contact=0.0, still=0.0, balance=0.0, smooth_com=0.0, prior=0.0)
+    chosen = replace(chosen, travel_position=0.0, travel_rotation=0.0)
     chosen = replace(chosen, place_scale_m=PLACE_SCALE_M)
     objective = Objective(body.skeleton, touch, fit.scene, base, see, chosen)
     still = np.zeros((objective.leans.shape[1], 3))

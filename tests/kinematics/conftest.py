@@ -145,7 +145,7 @@ def weights() -> Kinematics:
         smooth_com=0.1,
         smooth_position=0.1,
         smooth_rotation=0.05,
-        travel_position=0.1,
+        travel_position=0.01,
         travel_rotation=0.05,
         prior=0.002,
         prior_model="gaussian",
