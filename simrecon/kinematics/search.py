@@ -61,7 +61,9 @@ def _round(
     """Search in the variables of one curvature, which is let go of before the next is taken."""
 
     def scaled(u: Array, unit: float = 1.0) -> tuple[float, Array]:
-        value, slope = objective(better.to_variables(unit * u))
+        # a line search may try lengths of astronomical units, which count as far worse
+        with np.errstate(over="ignore", invalid="ignore"):
+            value, slope = objective(better.to_variables(unit * u))
         gradient = unit * better.gradient(slope)
         if not shared:
             gradient[better.free :] = 0.0
