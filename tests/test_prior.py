@@ -179,9 +179,11 @@ def test_the_number_of_threads_changes_no_bit(learned: prior.Flow) -> None:
     np.testing.assert_array_equal(learned.latent(q, threads=2), learned.latent(q))
 
 
-def test_single_precision_differs_by_no_more_than_1e_5(learned: prior.Flow) -> None:
+def test_single_precision_differs_by_1e_5_for_few_samples_and_by_2e_5_for_none(learned: prior.Flow) -> None:
     many = learned.sample(np.random.default_rng(6), 500).astype(np.float32)
-    np.testing.assert_allclose(learned.code(many), learned.code(many.astype(np.float64)), atol=1e-5)
+    off = np.abs(learned.code(many) - learned.code(many.astype(np.float64))).max(axis=1)  # (500,)
+    assert np.quantile(off, 0.99) <= 1e-5
+    assert off.max() <= 2e-5
 
 
 def test_poses_that_nobody_takes_are_unusual(learned: prior.Flow) -> None:
@@ -230,4 +232,8 @@ def test_the_file_says_where_it_comes_from() -> None:
     assert "CMU" in provenance["sources"]
     held_out = provenance["log_likelihood"]
     assert held_out["test"] > held_out["test, gaussian"]
+    assert provenance["scores"]["turned 30 deg"] >= 0.915
     assert provenance["scores"]["wrong way 20 deg"] >= 0.99
+    assert provenance["scores"]["acrobatics over walking"] <= 1.6
+    difference = provenance["largest_difference_from_zuko"]
+    assert max(difference.values()) <= 1e-5

@@ -9,7 +9,7 @@ keeps rare poses from becoming outliers. Short codes, which no recorded pose may
 within the joints' ranges, so that to shorten a code never leads out of them. Legs, single limbs and heads
 of other poses take the place of a pose's own in a share of samples.
 
-usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 5 minutes on one core)
+usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 3 minutes of one core)
 
 MOCAP holds cmu_asf_amc_bvh.tar.xz, deepmimic, mass_bvh and mjpc_keyframes.
 """
@@ -25,7 +25,7 @@ import sys
 import tarfile
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +39,7 @@ from zuko.distributions import NormalizingFlow as Density
 
 from simrecon import body as bodies
 from simrecon import prior
+from simrecon.blas import one_thread
 from simrecon.prior.flow import SCHEMA, from_arrays
 from simrecon.types import Array
 
@@ -52,26 +53,38 @@ class Settings:
 
     seed: int = 0
     layers: int = 5
-    hidden: int = 128
+    hidden: int = 160
     steps: int = 4000
     warm_up: int = 50
+    hold: int = 3300
+    fall: int = 1000
     batch: int = 320
-    rate: float = 3e-3
+    rate: float = 2e-3
     noise_rad: float = 0.08
+    noise_ranked_rad: float = 0.02
     exchange_legs: float = 0.3
     exchange_limb: float = 0.25
-    wrong_way: float = 0.2
+    wrong_way: float = 0.1
     ordered: float = 1200.0
     apart: float = 200.0
     softness: float = 0.3
     likelihood: float = 0.6
     spread: float = 10.0
     limits: float = 10.0
-    limits_every: int = 4
-    check_every: int = 100
+    limits_every: int = 8
+    check_every: int = 200
     patience: int = 20
 
 
+PHASES = (
+    Settings(),
+    replace(Settings(), seed=1, steps=1200, hold=0, fall=1200, rate=1.5e-3, noise_ranked_rad=0.025,
+            apart=400.0, spread=400.0),
+)  # fmt: skip
+"""First the ranking; then codes of rare poses are shortened, which is quick and costs little of it."""
+
+
+@one_thread()
 def main() -> None:
     """Read, train, check, write."""
     parser = argparse.ArgumentParser(description="Train models/prior/flow.npz.")
@@ -79,7 +92,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=TARGET, help="[%(default)s]")
     options = parser.parse_args()
     torch.set_num_threads(1)
-    settings, begin = Settings(), time.perf_counter()
+    begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         with tarfile.open(options.mocap / "cmu_asf_amc_bvh.tar.xz") as archive:
             archive.extractall(folder, filter="data")
@@ -89,8 +102,11 @@ def main() -> None:
         listed = ", ".join(f"{kind} {count}" for kind, count in zip(kinds, counts, strict=True))
         print(f"{part}: {len(poses.rotvecs)} poses of {len(set(poses.clips))} recordings ({listed})")
     print(f"read in {time.perf_counter() - begin:.0f} s", flush=True)
-    trainer = Trainer(settings, data["train"], data["validation"])
-    trainer.run()
+    net = None
+    for settings in PHASES:
+        trainer = Trainer(settings, data["train"], data["validation"], net)
+        net = trainer.run()
+    trainer.round()
     arrays = trainer.arrays()
     made = from_arrays(arrays)
     held_out = likelihoods(made, data)
@@ -105,7 +121,8 @@ def main() -> None:
                    "MASS (Apache-2.0). DeepMimic (MIT): test only.",
         "held_out": f"subject {TEST_SUBJECT}, every fifth recording of the others, all of DeepMimic; "
                     "for early stopping, the fourth recording of each subject",
-        "settings": asdict(settings), "near_rad": NEAR_RAD, "steps_kept": trainer.kept_step,
+        "settings": [asdict(settings) for settings in PHASES], "near_rad": NEAR_RAD,
+        "steps_kept": trainer.kept_step,
         "poses": {part: len(poses.rotvecs) for part, poses in data.items()},
         "log_likelihood": held_out, "scores": scores, "largest_difference_from_zuko": agreement,
     }))  # fmt: skip
@@ -118,8 +135,8 @@ def main() -> None:
 class Trainer:
     """Data in whitened, mirror-symmetric coordinates; the network; early stopping."""
 
-    def __init__(self, settings: Settings, train: Poses, validation: Poses) -> None:
-        """Whiten with the covariance of the training poses and their mirror images."""
+    def __init__(self, settings: Settings, train: Poses, validation: Poses, net: Flow | None = None) -> None:
+        """Whiten with the covariance of the training poses and their mirror images; a network goes on."""
         self.settings, self.train = settings, train
         self.rng = np.random.default_rng(settings.seed)
         torch.manual_seed(settings.seed)
@@ -138,19 +155,19 @@ class Trainer:
         self.decode = torch.as_tensor(np.linalg.inv(self.encode), dtype=torch.float32)
         self.middle = torch.as_tensor(self.mean - limits.mean(axis=1), dtype=torch.float32)
         self.reach = torch.as_tensor((limits[:, 1] - limits[:, 0]) / 2, dtype=torch.float32)
-        self.net = Flow(self.sizes, settings.layers, settings.hidden, settings.seed)
+        self.net = net or Flow(self.sizes, settings.layers, settings.hidden, settings.seed)
         self.legs, self.limbs = _parts()
         check = np.random.default_rng(settings.seed + 1)
         kept = validation.rotvecs[balanced(validation, 2000, check)]
         self.check = self._inputs(kept, check)
         self.kept_step = 0
 
-    def run(self) -> None:
+    def run(self) -> Flow:
         """Train until the ranking of the validation poses stops to improve; keep the best."""
         s, begin = self.settings, time.perf_counter()
         optimiser = torch.optim.Adam(self.net.parameters(), lr=s.rate)
         schedule = torch.optim.lr_scheduler.LambdaLR(
-            optimiser, lambda i: min(1.0, (i + 1) / s.warm_up) * 0.5 * (1 + math.cos(math.pi * i / s.steps))
+            optimiser, lambda i: min(1.0, (i + 1) / s.warm_up, 1 - (i - s.hold) / s.fall)
         )
         best, state = np.inf, self.net.state_dict()
         for step in range(1, s.steps + 1):
@@ -175,6 +192,13 @@ class Trainer:
                 if step - self.kept_step >= s.patience * s.check_every:
                     break
         self.net.load_state_dict(state)
+        return self.net
+
+    def round(self) -> None:
+        """Weights to the precision of the file, so that what is measured is what is shipped."""
+        with torch.no_grad():
+            for weights in self.net.conditioners.parameters():
+                weights.copy_(weights.half())
 
     def _batch(self) -> Array:
         """Poses (N, 16, 3): by weight, some with legs, a limb or a head of others, half of them mirrored."""
@@ -190,11 +214,11 @@ class Trainer:
         return found
 
     def _inputs(self, poses: Array, rng: np.random.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """Noisy poses for the likelihood, half as many; poses, and spoilt ones, that are to be ranked."""
+        """Noisy poses for the likelihood, a quarter of them; poses, and spoilt ones, to be ranked."""
         s = self.settings
-        half = poses[: len(poses) // 2]
-        noisy = half + rng.normal(0, s.noise_rad, half.shape)
-        usual = poses + rng.normal(0, 0.5 * s.noise_rad, poses.shape)
+        few = poses[: len(poses) // 4]
+        noisy = few + rng.normal(0, s.noise_rad, few.shape)
+        usual = poses + rng.normal(0, s.noise_ranked_rad, poses.shape)
         bent = round(s.wrong_way * len(poses))
         spoilt = np.concatenate((
             wrong_way(usual[:bent], rng, np.radians(rng.uniform(12, 30)))[0],
@@ -247,7 +271,7 @@ class Trainer:
         }
         shared = {"schema": np.array(SCHEMA), "mean_rad": self.mean, "bound": np.array(LOG_SCALE)}
         # whitening is folded into `linear`, so rounding it would be felt
-        return shared | {n: a if n == "linear" else a.astype(np.float32) for n, a in as_numpy.items()}
+        return shared | {n: a if n == "linear" else a.astype(np.float16) for n, a in as_numpy.items()}
 
     def order(self) -> Array:
         """Coordinates of the torch flow in the order of numpy's."""

@@ -6,9 +6,9 @@ Trained by `tools/train_prior.py`. With v the joints' 48 rotation vector compone
 
 where y₁ and y₂ are halves of y, and (α, β) come from y₁ by a network with one hidden layer (Dinh et al.
 2017, affine coupling). A half consists of coordinates s that stay when left and right are exchanged, and a
-that change their sign. With h± = σ(W_s s₁ ± W_a a₁ + b), the log scales α and the shift of s₂ are linear in
-h₊ + h₋, which stays in the mirror; the shift of a₂ is linear in h₊ − h₋, which changes its sign. So a pose
-and its mirror image have the same ‖z‖.
+that change their sign. With h± = tanh(W_s s₁ ± W_a a₁ + b), the log scales α and the shift of s₂ are linear
+in h₊ + h₋, which stays in the mirror; the shift of a₂ is linear in h₊ − h₋, which changes its sign. So a
+pose and its mirror image have the same ‖z‖.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from simrecon import resources
 from simrecon.errors import SimreconError
 from simrecon.types import Array
 
-SCHEMA = "simrecon.flow/1"
+SCHEMA = "simrecon.flow/2"
 SIZE, HALF, SYMMETRIC = 48, 24, 11
 """Coordinates; those of a half; those of a half that stay in the mirror, which come first."""
 _ROWS = 320
@@ -56,11 +56,11 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class _Trace:
-    """What the gradient of one layer needs, (..., N): y, pre-activations of h±, raw log scales, exp(α)."""
+    """What the gradient of one layer needs, (..., N): y, h₊ + h₋, h₊ − h₋, raw log scales, exp(α)."""
 
     y: Weights
-    plus: Weights
-    minus: Weights
+    total: Weights
+    difference: Weights
     raw: Weights
     scale: Weights
 
@@ -158,7 +158,7 @@ class Flow:
         x = flat.T - self.mean_rad.astype(flat.dtype)[:, None]
         for layer in self._single if flat.dtype == np.float32 else self.layers:
             y = layer.linear @ x  # (48, N)
-            even, odd, plus, minus = self._network(layer, y[:HALF])
+            even, odd, total, difference = self._network(layer, y[:HALF])
             scale = self._log_scale(even[:HALF])  # (24, N)
             np.exp(scale, out=scale)
             x[:HALF] = y[:HALF]
@@ -166,25 +166,23 @@ class Flow:
             x[HALF : HALF + SYMMETRIC] += even[HALF:]
             x[HALF + SYMMETRIC :] += odd
             if trace is not None:
-                trace.append(_Trace(y, plus, minus, even[:HALF], scale))
+                trace.append(_Trace(y, total, difference, even[:HALF], scale))
         return x
 
     def _network(self, layer: Layer, given: Weights) -> tuple[Weights, Weights, Weights, Weights]:
-        """By y₁ (24, N): raw α and shift of s₂ (35, N), shift of a₂ (13, N), pre-activations (H, N) twice."""
+        """By y₁ (24, N): raw α and shift of s₂ (35, N), shift of a₂ (13, N), h₊ + h₋ and h₊ − h₋ (H, N)."""
         stay = layer.stay @ given[:SYMMETRIC]  # (H, N)
         stay += layer.bias[:, None]
         turn = layer.turn @ given[SYMMETRIC:]  # (H, N)
         plus = stay + turn
-        minus = np.subtract(stay, turn, out=stay)
-        above, below = np.abs(plus, out=turn), np.abs(minus)
-        above += 1
-        below += 1
-        np.divide(plus, above, out=above)
-        np.divide(minus, below, out=below)
-        even = layer.even @ (above + below)
+        stay -= turn
+        np.tanh(plus, out=plus)
+        np.tanh(stay, out=stay)
+        difference = np.subtract(plus, stay, out=turn)
+        plus += stay
+        even = layer.even @ plus
         even += layer.even_bias[:, None]
-        above -= below
-        return even, layer.odd @ above, plus, minus
+        return even, layer.odd @ difference, plus, difference
 
     def _log_scale(self, raw: Weights) -> Weights:
         scale = np.abs(raw)
@@ -201,8 +199,9 @@ class Flow:
             d_raw = d_log_scale / (1 + np.abs(kept.raw) / self.bound) ** 2
             d_even = layer.even.T @ np.concatenate((d_raw, d_moved[:SYMMETRIC]))  # (H, N)
             d_odd = layer.odd.T @ d_moved[SYMMETRIC:]
-            d_plus = (d_even + d_odd) / (1 + np.abs(kept.plus)) ** 2
-            d_minus = (d_even - d_odd) / (1 + np.abs(kept.minus)) ** 2
+            plus, minus = (kept.total + kept.difference) / 2, (kept.total - kept.difference) / 2
+            d_plus = (d_even + d_odd) * (1 - plus**2)
+            d_minus = (d_even - d_odd) * (1 - minus**2)
             d_y = np.empty_like(d)
             d_y[:SYMMETRIC] = d[:SYMMETRIC] + layer.stay.T @ (d_plus + d_minus)
             d_y[SYMMETRIC:HALF] = d[SYMMETRIC:HALF] + layer.turn.T @ (d_plus - d_minus)
