@@ -31,6 +31,8 @@ DAMPING = 1e-6
 WIDTH = FREE * (REACH + 1)
 TAIL = FREE * REACH
 """Unknowns beyond a block of frames that it is tied to."""
+SOME = 2000
+"""Frames whose border is multiplied at once."""
 STIFF = 1e100
 """What is added to the diagonal of frames to come, while the factor of those before them is made."""
 
@@ -105,11 +107,18 @@ class Conditioning:
         plain = self.border.shape[-1] - LEAN
         lean = self.leans @ shared[plain:].reshape(-1, LEAN)  # (T, 3)
         of_frame = np.concatenate((np.broadcast_to(shared[:plain], (len(lean), plain)), lean), axis=1)
-        return np.asarray(self.border @ of_frame[..., None]).ravel()
+        parts = [self.border[rows] @ of_frame[rows, :, None] for rows in self._some()]
+        return np.concatenate(parts).ravel()
+
+    def _some(self) -> Iterator[slice]:
+        """Frames, some at a time, for a product turns what it takes of the border into double precision."""
+        return (slice(start, start + SOME) for start in range(0, len(self.border), SOME))
 
     def _gathered(self, own: Array) -> Array:
         """Bᵀ own, (m,)."""
-        of_frame = (own.reshape(-1, 1, FREE) @ self.border)[:, 0]  # (T, 2 + L + 3)
+        by_time = own.reshape(-1, 1, FREE)
+        parts = [by_time[rows] @ self.border[rows] for rows in self._some()]
+        of_frame = np.concatenate(parts)[:, 0]  # (T, 2 + L + 3)
         plain, lean = of_frame[:, :-LEAN], of_frame[:, -LEAN:]
         return np.concatenate((plain.sum(axis=0), (self.leans.T @ lean).ravel()))
 
