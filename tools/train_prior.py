@@ -9,7 +9,7 @@ keeps rare poses from becoming outliers. Short codes, which no recorded pose may
 within the joints' ranges, so that to shorten a code never leads out of them. Legs, single limbs and heads
 of other poses take the place of a pose's own in a share of samples.
 
-usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 3 minutes of one core)
+usage: python tools/train_prior.py MOCAP      (needs the extra [train]; about 6 minutes of one core)
 
 MOCAP holds cmu_asf_amc_bvh.tar.xz, deepmimic, mass_bvh and mjpc_keyframes.
 """
@@ -54,10 +54,10 @@ class Settings:
     seed: int = 0
     layers: int = 5
     hidden: int = 160
-    steps: int = 4000
+    steps: int = 14000
     warm_up: int = 50
-    hold: int = 3300
-    fall: int = 1000
+    hold: int = 11500
+    fall: int = 2450
     batch: int = 320
     rate: float = 2e-3
     noise_rad: float = 0.08
@@ -79,7 +79,7 @@ class Settings:
 PHASES = (
     Settings(),
     replace(Settings(), seed=1, steps=1200, hold=0, fall=1200, rate=1.5e-3, noise_ranked_rad=0.025,
-            apart=400.0, spread=400.0),
+            apart=1500.0, spread=1500.0),
 )  # fmt: skip
 """First the ranking; then codes of rare poses are shortened, which is quick and costs little of it."""
 
