@@ -17,7 +17,7 @@ from typing import Any
 
 from simrecon import checkpoint, reconstruct, results, softfloor
 from simrecon import scene as scenes
-from simrecon.batch import failures, inputs, journal
+from simrecon.batch import failures, inputs, journal, memory
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.bench.task import code_digest
@@ -75,6 +75,8 @@ def solve(
         with contextlib.suppress(OSError):
             failures.note(places, name, f"{found['kind']}: {found['message']}\n{found['trace']}".rstrip())
         return found
+    finally:
+        memory.release()
 
 
 def _solve(
