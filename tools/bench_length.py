@@ -13,6 +13,7 @@ import json
 import resource
 import subprocess
 import sys
+import time
 from dataclasses import replace
 
 import bench_sampling
@@ -38,26 +39,33 @@ def main() -> None:
     if options.inside:
         print(json.dumps(one(options)))
         return
-    print("| video, s | frames | kinematics, s per s | simulation, s per s | record, s per s | peak, MiB |")
-    print("|---" * 6 + "|")
+    print(
+        "| video, s | frames | kinematics, s per s | simulation, s per s | record, s per s | processor, s per s | peak, MiB |"
+    )
+    print("|---" * 7 + "|")
     for seconds in options.seconds:
         same = ["--plan", options.plan, "--threads", str(options.threads)]
         same += ["--set", *options.set] if options.set else []
         command = [sys.executable, __file__, options.evidence, "--inside", "--seconds", str(seconds), *same]
         said = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
         stages = " | ".join(f"{value:.3f}" for value in said["stages"])
-        print(f"| {said['seconds']:.0f} | {said['frames']} | {stages} | {said['peak_mib']:.0f} |", flush=True)
+        print(
+            f"| {said['seconds']:.0f} | {said['frames']} | {stages} | {said['cpu']:.3f} | {said['peak_mib']:.0f} |",
+            flush=True,
+        )
 
 
 def one(options: argparse.Namespace) -> dict[str, object]:
     """Reconstruct one length in this process."""
     long = repeated(evidence.read(options.evidence), options.seconds[0])
     settings = bench_sampling.changed(plan.read(options.plan), options.set)
+    began = time.process_time()
     made = reconstruct(long, Scene(), settings, threads=options.threads)
     seconds = float(long.times_s[-1] - long.times_s[0])
     return {
         "seconds": seconds,
         "frames": len(long.times_s),
+        "cpu": (time.process_time() - began) / seconds,
         "stages": [value / seconds for value in made.seconds.values()],
         "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }
