@@ -39,20 +39,17 @@ def main() -> None:
     if options.inside:
         print(json.dumps(one(options)))
         return
-    print(
-        "| video, s | frames | kinematics, s per s | simulation, s per s | record, s per s | processor, s per s | peak, MiB |"
-    )
+    stages = "kinematics, s per s | simulation, s per s | record, s per s"
+    print(f"| video, s | frames | {stages} | processor, s per s | peak, MiB |")
     print("|---" * 7 + "|")
     for seconds in options.seconds:
         same = ["--plan", options.plan, "--threads", str(options.threads)]
         same += ["--set", *options.set] if options.set else []
         command = [sys.executable, __file__, options.evidence, "--inside", "--seconds", str(seconds), *same]
         said = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-        stages = " | ".join(f"{value:.3f}" for value in said["stages"])
-        print(
-            f"| {said['seconds']:.0f} | {said['frames']} | {stages} | {said['cpu']:.3f} | {said['peak_mib']:.0f} |",
-            flush=True,
-        )
+        numbers = [f"{value:.3f}" for value in (*said["stages"], said["cpu"])]
+        cells = [f"{said['seconds']:.0f}", str(said["frames"]), *numbers, f"{said['peak_mib']:.0f}"]
+        print(f"| {' | '.join(cells)} |", flush=True)
 
 
 def one(options: argparse.Namespace) -> dict[str, object]:
