@@ -87,15 +87,19 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
 
 
 def survey(crew: Crew, clips: Sequence[Clip]) -> dict[str, dict[str, Any]]:
-    """What there is to do, by name, in the order of the clips."""
+    """What there is to do, by name, in the order of the clips; what a worker died of is read once more."""
     futures = {crew.survey(clip): clip for clip in clips}
     found: dict[str, dict[str, Any]] = {}
+    again = set[str]()
     while len(found) < len(clips):
         kind, item = crew.inbox.get()
         if kind != "done" or item not in futures:
             continue
         name = futures[item].name
-        if cluster.died(item):
+        if cluster.died(item) and name not in again:  # it may not have been this input that killed it
+            again.add(name)
+            futures[crew.survey(futures[item])] = futures[item]
+        elif cluster.died(item):
             message = "the worker process died while it read this input"
             found[name] = {"name": name, "kind": "error", "message": message, "trace": ""}
         else:
