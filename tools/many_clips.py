@@ -28,7 +28,7 @@ FLAT = 1.05
 
 
 def main() -> int:
-    """Run, and print what happened."""
+    """Run, and print what happened; status 1 if a clip or an error is missing, or if memory grew."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -64,13 +64,17 @@ def main() -> int:
     reports = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(night.glob("*/report.json"))]
     states = ["error" if "error" in report else "result" for report in reports]
     print(f"exit status {batch.returncode}, {wall_s:.0f} s")
-    print({state: states.count(state) for state in sorted(set(states))})
+    found = {state: states.count(state) for state in ("result", "error")}
+    print(found)
+    good_end = found == {"result": options.clips, "error": options.broken}
     for name, values in zip(("main process", "largest worker"), zip(*samples, strict=True), strict=True):
         quarter = max(len(values) // 4, 1)
         second, last = statistics.median(values[quarter : 2 * quarter]), statistics.median(values[-quarter:])
-        flat = "flat" if last <= FLAT * second else "GROWING"
-        print(f"{name}: {second:.0f} MiB in the second quarter, {last:.0f} in the last: {flat}")
-    return 0
+        flat = last <= FLAT * second
+        good_end &= flat
+        said = "flat" if flat else "GROWING"
+        print(f"{name}: {second:.0f} MiB in the second quarter, {last:.0f} in the last: {said}")
+    return 0 if good_end else 1
 
 
 def watch(batch: subprocess.Popen[str]) -> list[tuple[float, float]]:

@@ -15,7 +15,7 @@ from simrecon.kinematics.contacts import SIGMA_TOUCH_M, ContactPoints, Places, l
 from simrecon.kinematics.variables import Variables, leans
 from simrecon.plan import Kinematics
 from simrecon.prior import Prior
-from simrecon.types import Array, Scene, Skeleton
+from simrecon.types import Array, IntArray, Scene, Skeleton
 
 SIGMA_LIMIT_RAD = 0.1
 SIGMA_PENETRATION_M = 0.01
@@ -70,7 +70,7 @@ class Observations:
     spread: Array
     prior: Prior
 
-    def part(self, frames: slice) -> Observations:
+    def part(self, frames: slice | IntArray) -> Observations:
         """Those of some frames."""
         camera = self.world_to_camera
         return replace(

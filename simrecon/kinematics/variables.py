@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simrecon import rotations
-from simrecon.types import Array
+from simrecon.types import Array, IntArray
 
 LEAN_PERIOD_S = 1.0
 LEANS_MAX = 32  # of 16 s; in a longer clip the lean changes more slowly, or cost would grow with the square
@@ -36,7 +36,7 @@ class Variables:
         shared = ([self.log_scale, self.sole_m], self.lengths, self.lean.ravel())
         return np.concatenate((self.root_m.ravel(), self.rotvecs.ravel(), *shared))
 
-    def part(self, frames: slice) -> Variables:
+    def part(self, frames: slice | IntArray) -> Variables:
         """Those of some frames, and the shared ones."""
         return replace(self, root_m=self.root_m[frames], rotvecs=self.rotvecs[:, frames])
 

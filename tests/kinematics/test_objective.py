@@ -285,23 +285,12 @@ def test_conditioning_makes_curvatures_alike(objective: Objective, point: Array)
 
 def repeated(objective: Objective, point: Array, rows: Array) -> tuple[Objective, Array]:
     """The objective of some frames again and again, and a point of it."""
-    short, old = Variables.unpack(point, T, LENGTHS), objective.observations
-    see = replace(
-        old,
-        rays=old.rays[:, rows],
-        ray_weights=old.ray_weights[:, rows],
-        joints_m=old.joints_m[:, rows],
-        joint_weights=old.joint_weights[:, rows],
-        place_m=old.place_m[rows],
-        place_weights=old.place_weights[rows],
-        standing=old.standing[:, rows],
-        sitting=old.sitting[rows],
-    )
+    short, see = Variables.unpack(point, T, LENGTHS), objective.observations.part(rows)
     base, weights = objective.base[rows], objective.weights
     long = Objective(objective.skeleton, objective.contacts, objective.scene, base, see, weights)
     rng = np.random.default_rng(14)
     lean = rng.normal(scale=0.1, size=(long.leans.shape[1], 3))
-    return long, replace(short, root_m=short.root_m[rows], rotvecs=short.rotvecs[:, rows], lean=lean).pack()
+    return long, replace(short.part(rows), lean=lean).pack()
 
 
 @pytest.mark.parametrize("frames", [9, 11, 12, 13, 14])
