@@ -125,7 +125,8 @@ def _crowd(mjcf: str, count: int) -> str:
     spec = mujoco.MjSpec.from_string(mjcf)
     crowd = mujoco.MjSpec()
     crowd.compiler.degree = False
-    crowd.option.integrator = spec.option.integrator
+    for option in ("integrator", "jacobian", "disableflags"):
+        setattr(crowd.option, option, getattr(spec.option, option))
     for i in range(count):
         crowd.attach(spec.copy(), prefix=f"{i}/", frame=crowd.worldbody.add_frame())
     text: str = crowd.to_xml()

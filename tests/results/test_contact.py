@@ -183,7 +183,7 @@ def test_slip_is_the_speed_over_the_floor(person: Body) -> None:
     motion = held(problem, person, scene, push)
     feet = [motion.contact_body.index(f"{side}_foot") for side in ("left", "right")]
     # then the trunk, which stays behind, swings
-    np.testing.assert_allclose(motion.contact_slip_mps[1:4, feet], 1.0, atol=0.1)
+    np.testing.assert_allclose(motion.contact_slip_mps[1:3, feet], 1.0, atol=0.1)
     others = np.delete(motion.contact_slip_mps, feet, axis=1)
     assert np.isnan(others).all()
     still = held(clip(person, Scene(), standing(person), frames=7), person, Scene())
