@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 
 from simrecon.types import Array
 
@@ -49,32 +50,37 @@ def residuals(terms: list[Term], roots: list[Array]) -> Array:
     """All vectors times their √ω, by the frame at which they are known: (P, F, K).
 
     F is the most frames that a term has. The vectors of a term with fewer, such as velocities, are those of
-    the last frames; before them are zeros.
+    the last frames; before them are zeros. Of roots of more frames the last ones count.
     """
     count, frames = len(terms[0].vectors), max(term.vectors.shape[1] for term in terms)
     widths = [int(np.prod(term.vectors.shape[2:])) for term in terms]
     found, end = np.zeros((count, frames, sum(widths))), 0
     for term, root, width in zip(terms, roots, widths, strict=True):
-        weighted = (root * term.vectors).reshape(count, -1, width)
+        weighted = (root[-term.vectors.shape[1] :] * term.vectors).reshape(count, -1, width)
         found[:, frames - weighted.shape[1] :, end : end + width] = weighted
         end += width
     return found
 
 
 class Quadratic:
-    """The sum of squares near a point; its eigenvectors serve all dampings and the sampling covariance."""
+    """The sum of squares near a point: damped steps from there, and a covariance for samples around it."""
 
     def __init__(self, curvature: Array, gradient: Array) -> None:
-        """Take J Jᵀ = V diag(w) Vᵀ (n, n) apart; gradient is J r (n,), for a Jacobian J (n, R) of r (R,)."""
-        values, self._vectors = np.linalg.eigh(curvature)
-        self._values: Array = np.maximum(values, 0.0)
-        self._gradient = self._vectors.T @ gradient
+        """Take J Jᵀ (n, n) and J r (n,), for a Jacobian J (n, R) of r (R,)."""
+        self._curvature, self._gradient = curvature, gradient
 
-    def steps(self, dampings: Array) -> Array:
-        """Levenberg-Marquardt steps -(J Jᵀ + λ)⁻¹ J r, (L, n) for dampings λ (L,)."""
-        scaled = self._gradient / (self._values + np.maximum(dampings, DAMPING_MIN)[:, None])  # (L, n)
-        found: Array = -scaled @ self._vectors.T
-        return found
+    def step(self, damping: float) -> Array:
+        """Levenberg-Marquardt step -(J Jᵀ + λ)⁻¹ J r (n,) for a damping λ.
+
+        Zero if J Jᵀ + λ is not positive, as it may be to rounding.
+        """
+        damped = self._curvature + max(damping, DAMPING_MIN) * np.eye(len(self._gradient))
+        try:
+            factor = linalg.cho_factor(damped, overwrite_a=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            return np.zeros_like(self._gradient)
+        step: Array = -linalg.cho_solve(factor, self._gradient, check_finite=False)
+        return step
 
     def root_covariance(self, rise: float, sigma: float) -> Array:
         """Symmetric root (n, n) of C = (2 J Jᵀ n / (2 rise) + 1 / sigma²)⁻¹.
@@ -82,6 +88,7 @@ class Quadratic:
         Samples from C raise the sum of squares by `rise` in the mean where that is what limits them, and are
         no further off than `sigma` in any direction. `rise` is positive.
         """
-        precision = self._values * (len(self._values) / rise) + 1.0 / sigma**2
-        root: Array = (self._vectors / np.sqrt(precision)) @ self._vectors.T
+        values, vectors = np.linalg.eigh(self._curvature)
+        precision = np.maximum(values, 0.0) * (len(values) / rise) + 1.0 / sigma**2
+        root: Array = (vectors / np.sqrt(precision)) @ vectors.T
         return root

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import math
+import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from queue import SimpleQueue
+from threading import Lock
+from typing import TypeVar
 
 import mujoco
 import mujoco.batch
@@ -15,6 +22,11 @@ from numpy.typing import NDArray
 from simrecon.types import Array, IntArray
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+PIECES = 4
+"""Into which samples are cut: more would cost more calls, fewer leave threads to wait for each other."""
+
+Item = TypeVar("Item")
+Found = TypeVar("Found")
 
 Threads = int | Callable[[], int]
 """Number of threads, 0 for one per core; or what says it, asked before every rollout."""
@@ -66,20 +78,27 @@ def with_things(model: mujoco.MjModel, qpos: Array) -> Array:
 
 
 class Simulator:
-    """Rolls a population out from one state, on a pool of threads.
+    """Rolls populations out, on a pool of threads.
 
-    Results don't depend on the number of threads. `seconds` and `steps` add up what was spent in MuJoCo.
+    Work comes in pieces (`each`), so that one thread takes losses while another one steps. Results don't
+    depend on the number of threads. `seconds` and `steps` add up what was spent in MuJoCo: seconds of all
+    threads over their number.
     """
 
     def __init__(self, model: mujoco.MjModel, population: int, threads: Threads = 0) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
         self.model, self.person, self.population = model, person(model), population
-        self._wanted = threads
-        self._threads = threads() if callable(threads) else threads
-        self.batch = mujoco.batch.Batch(model, population, self._threads)
         self.seconds = 0.0
         self.steps = 0
-        self._out: dict[int, dict[str | int, NDArray[np.float64]]] = {}
+        self._wanted, self._threads = threads, 0
+        self._counting = Lock()
+        self._follow()
+
+    def each(self, work: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
+        """What `work` gives for each item, in their order; it may `run`, and is called by several threads."""
+        self._follow()
+        with unlogged():
+            return [*(map if self._pool is None else self._pool.map)(work, items)]
 
     def run(self, state: Array, ctrl: Array, at_steps: IntArray) -> Rollouts:
         """Roll out.
@@ -92,36 +111,69 @@ class Simulator:
         Returns:
             The rollouts at those steps.
         """
-        self._follow()
+        worker = self._free.get()
+        try:
+            began = time.perf_counter()
+            with unlogged():
+                out, finite = worker.run(state, ctrl)
+            spent = (time.perf_counter() - began) * worker.batch.nthread / self._threads
+            points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, self.person.body]
+            qpos = out["qpos"][:, np.maximum(at_steps - 1, 0), : self.person.nq]
+        finally:
+            self._free.put(worker)
+        with self._counting:
+            self.seconds += spent
+            self.steps += ctrl.shape[0] * ctrl.shape[1]
+        # A recorded derived field describes the state before its step, a recorded state the one after it.
+        first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
+        qpos[:, at_steps == 0] = first[:, None, : self.person.nq]
+        return Rollouts(qpos, points, com, finite)
+
+    def _follow(self) -> None:
+        """Take up the number of threads that is wanted now: workers, each with its share."""
+        wanted = self._wanted() if callable(self._wanted) else self._wanted
+        threads = wanted or len(os.sched_getaffinity(0))
+        if threads == self._threads:
+            return
+        self._threads, count = threads, min(threads, PIECES)
+        self._free: SimpleQueue[_Worker] = SimpleQueue()
+        for worker in range(count):
+            own = threads // count + (worker < threads % count)
+            self._free.put(_Worker(mujoco.batch.Batch(self.model, self.population, own)))
+        self._pool = ThreadPoolExecutor(count) if count > 1 else None
+
+
+class _Worker:
+    """What one thread of Python's rolls out with: a batch, and room to record into."""
+
+    def __init__(self, batch: mujoco.batch.Batch) -> None:
+        model, self.batch = batch.model, batch
+        self._shapes = {"qpos": (model.nq,), "site_xpos": (model.nsite, 3), "subtree_com": (model.nbody, 3)}
+        self._room = {name: np.empty(0) for name in self._shapes}
+
+    def run(self, state: Array, ctrl: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+        """Fields (P, N, ...), which the next call overwrites, and which rollouts stayed finite (P,)."""
         count, steps = ctrl.shape[:2]
-        ids = np.arange(count)
         self.batch.state[:count] = state
         # A rollout that diverges is reset, and its counter is one again: it would not rise above an old one.
         self.batch.warning[:count] = 0
-        # Reuse of the buffers is safe: what is read at `at_steps` is a copy.
-        out = self._out.setdefault(steps, {}) if count == self.batch.nsim else {}
-        started = time.perf_counter()
-        record = ("qpos", "site_xpos", "subtree_com")
-        with unlogged():
-            out.update(self.batch.rollout(steps, ctrl, record=record, ids=ids, out=out))
-        self.seconds += time.perf_counter() - started
-        self.steps += count * steps
-        # A recorded derived field describes the state before its step, a recorded state the one after it.
-        first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
-        started_at = (at_steps == 0)[None, :, None]
-        qpos = np.where(started_at, first[:, None], out["qpos"][:, np.maximum(at_steps - 1, 0)])
-        points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, self.person.body]
+        out = {name: self._record(name, (count, steps, *shape)) for name, shape in self._shapes.items()}
+        self.batch.rollout(steps, ctrl, record=tuple(out), ids=np.arange(count), out=out)
         warned = self.batch.warning[:count, :, 1].any(axis=1)
-        finite = ~warned & np.isfinite(self.batch.state[:count]).all(axis=1)
-        return Rollouts(qpos[..., : self.person.nq], points, com, finite)
+        return out, ~warned & np.isfinite(self.batch.state[:count]).all(axis=1)
 
-    def _follow(self) -> None:
-        """Take up another number of threads, if it is another now."""
-        threads = self._wanted() if callable(self._wanted) else self._threads
-        if threads != self._threads:
-            self._threads = threads
-            self.batch = mujoco.batch.Batch(self.model, self.population, threads)
-            self._out.clear()
+    def _record(self, name: str, shape: tuple[int, ...]) -> Array:
+        size = math.prod(shape)
+        if len(self._room[name]) < size:
+            self._room[name] = np.empty(size)
+        return self._room[name][:size].reshape(shape)
+
+
+def pieces(count: int, most: int) -> list[slice]:
+    """So many samples in `PIECES` parts, or more of `most` each: the same for any number of threads."""
+    parts = min(max(PIECES, -(-count // most)), count)
+    ends = [count * part // parts for part in range(parts + 1)]
+    return [slice(*part) for part in itertools.pairwise(ends)]
 
 
 def initial_state(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:

@@ -62,11 +62,11 @@ def exp(rotvec: ArrayLike) -> Array:
 def log(q: ArrayLike) -> Array:
     """Unit quaternion (..., 4) → rotation vector (..., 3) with angle in [0, π] (eq. 105)."""
     q = np.asarray(q, float)
-    q = np.where(q[..., :1] < 0, -q, q)
-    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    angle = 2.0 * np.arctan2(sine, q[..., :1])
-    scale = np.where(sine > _SMALL, angle / np.where(sine > _SMALL, sine, 1.0), 2.0)
-    rotvec: Array = scale * q[..., 1:]
+    real, vector = q[..., 0], q[..., 1:]
+    sine = np.sqrt(np.einsum("...i,...i->...", vector, vector))
+    angle = 2.0 * np.arctan2(sine, np.abs(real))
+    scale = np.divide(angle, sine, out=np.full(sine.shape, 2.0), where=sine > _SMALL)
+    rotvec: Array = np.where(real < 0, -scale, scale)[..., None] * vector
     return rotvec
 
 

@@ -58,7 +58,8 @@ def test_lengths_below_the_floor_count_as_the_floor() -> None:
 def test_steps_solve_the_damped_equations() -> None:
     jacobian, residual = RNG.normal(size=(6, 40)), RNG.normal(size=40)
     dampings = np.array([0.0, 1.0, 100.0])
-    steps = Quadratic(jacobian @ jacobian.T, jacobian @ residual).steps(dampings)
+    quadratic = Quadratic(jacobian @ jacobian.T, jacobian @ residual)
+    steps = [quadratic.step(damping) for damping in dampings]
     for damping, step in zip(dampings, steps, strict=True):
         expected = -np.linalg.solve(jacobian @ jacobian.T + damping * np.eye(6), jacobian @ residual)
         np.testing.assert_allclose(step, expected, rtol=1e-7)
@@ -67,8 +68,8 @@ def test_steps_solve_the_damped_equations() -> None:
 
 def test_steps_do_not_run_away_where_nothing_is_felt() -> None:
     jacobian = np.diag([1.0, 1.0, 0.0])
-    steps = Quadratic(jacobian @ jacobian.T, jacobian @ np.ones(3)).steps(np.array([0.1]))
-    np.testing.assert_allclose(steps[0], [-1 / 1.1, -1 / 1.1, 0.0])
+    step = Quadratic(jacobian @ jacobian.T, jacobian @ np.ones(3)).step(0.1)
+    np.testing.assert_allclose(step, [-1 / 1.1, -1 / 1.1, 0.0])
 
 
 def test_samples_raise_the_squares_by_as_much_as_asked() -> None:

@@ -6,7 +6,7 @@ usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips 
        python tools/bench_sampling.py --compare A.json B.json
 
 DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
-table. Bare stepping is `mujoco.batch` alone: the same model, states and controls, one batch in so many of the
+table. Bare stepping is `mujoco.batch` alone: the same model, states and controls, one piece in so many of the
 engine's own, right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
 
 --feasible tracks what the engine did when it tracked the clip: a motion that this body can do, so that the
@@ -228,15 +228,19 @@ def record(simulator: rollout.Simulator) -> list[Batch]:
 
 
 def bare_speed(problem: Problem, batches: Iterable[Batch], threads: int) -> float:
-    """Steps per second of `mujoco.batch` alone."""
-    batch = mujoco.batch.Batch(problem.model, problem.plan.optimiser.population, threads)
-    seconds, steps = 0.0, 0
+    """Steps per second of `mujoco.batch` alone, all recorded rollouts of one length at a time."""
+    by_length: dict[int, list[Batch]] = {}
     for state, ctrl in batches:
-        batch.state[: len(ctrl)] = state
+        by_length.setdefault(ctrl.shape[1], []).append((state, ctrl))
+    seconds, steps = 0.0, 0
+    for length, own in by_length.items():
+        states, ctrls = (np.concatenate(part) for part in zip(*own, strict=True))
+        batch = mujoco.batch.Batch(problem.model, len(ctrls), threads)
+        batch.state[:] = states
         began = time.perf_counter()
-        batch.rollout(ctrl.shape[1], ctrl, ids=np.arange(len(ctrl)))
+        batch.rollout(length, ctrls)
         seconds += time.perf_counter() - began
-        steps += ctrl.shape[0] * ctrl.shape[1]
+        steps += ctrls.shape[0] * length
     return steps / seconds
 
 

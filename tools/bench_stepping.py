@@ -1,6 +1,7 @@
 """What MuJoCo's solver options are worth: simulation steps per second of populations around clean clips.
 
-usage: python tools/bench_stepping.py --data DATA [--clips NAME ...] [--scene FILE] [--threads N] [--repeats N]
+usage: python tools/bench_stepping.py --data DATA [--clips NAME ...] [--scene FILE]
+                                      [--threads N] [--repeats N]
 
 DATA holds `mocap/deepmimic`. Populations start at states along the kinematic targets' own simulation, every
 half second, under smooth random offsets of the targets. All ways of a clip take turns, and the fastest turn
@@ -77,7 +78,7 @@ def measured(data: Path, clip: str, scene: Scene, threads: int, repeats: int) ->
     problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
     model, batches = problem.model, populations(problem)
     steps = sum(ctrl.shape[0] * ctrl.shape[1] for _, ctrl in batches)
-    kept, spent = model.opt.disableflags & ~(NO_WARM_START | NO_ISLANDS), {way: np.inf for way in WAYS}
+    kept, spent = model.opt.disableflags & ~(NO_WARM_START | NO_ISLANDS), dict.fromkeys(WAYS, np.inf)
     for _ in range(repeats):
         for way, (off, jacobian, cone) in WAYS.items():
             model.opt.disableflags, model.opt.jacobian, model.opt.cone = kept | off, jacobian, cone

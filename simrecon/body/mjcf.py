@@ -45,8 +45,8 @@ def make(skeleton: Skeleton, primitives: tuple[Primitive, ...], mass_kg: float) 
 def _set_solver(option: mujoco.MjOption) -> None:
     """A fifth to a quarter more steps per second, for the same minimum (tools/bench_stepping.py).
 
-    A person is one tree of bodies: what it touches makes one island, and few rows of its Jacobian. At steps of
-    10 ms the accelerations before are further off than none.
+    A person is one tree of bodies: all that it touches makes one island, with few rows of its Jacobian. At
+    steps of 10 ms the accelerations of the step before are further off than none.
     """
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     option.disableflags = mujoco.mjtDisableBit.mjDSBL_WARMSTART | mujoco.mjtDisableBit.mjDSBL_ISLAND

@@ -7,14 +7,13 @@ begins there.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simrecon import gauss_newton, rollout
-from simrecon.engines.task import Task
+from simrecon.engines.task import DIFFERENCES, Task
 from simrecon.gauss_newton import Quadratic
 from simrecon.rollout import Rollouts, Simulator
 from simrecon.types import Array, IntArray
@@ -63,7 +62,8 @@ class Descent:
             return False
         scale = self.task.deviations()
         self.quadratic = Quadratic(*self._linearise(scale))
-        tried = self.quadratic.steps(self.damping * DAMPINGS) * scale  # (L, n)
+        dampings = (self.damping * DAMPINGS).tolist()
+        tried = np.stack(self.simulator.each(self.quadratic.step, dampings)) * scale  # (L, n)
         low, high = self.task.bounds().T
         samples = np.clip(np.concatenate([self.x + length * tried for length in LENGTHS]), low, high)
         terms, finite = self.task.evaluate(self.simulator, samples)
@@ -82,63 +82,76 @@ class Descent:
         """J Jᵀ (n, n) and J r (n,) of the weighted residuals r (R,), J (n, R) by forward differences.
 
         Residuals lie in the order of their frames, and an unknown acts on those after its first step only. So
-        of each piece of rows, and of those before it, only the last columns meet. The simulator rolls out the
-        next piece meanwhile.
+        of each piece of rows, and of those before it, only the last columns meet. J is kept in single
+        precision: the differences are good to three digits.
         """
         task, simulator = self.task, self.simulator
         state, ctrl = task.states(self.x[None])[0], task.control(self.x[None])[0]
-        states = rollout.replay(task.problem.model, state, ctrl[:-1])  # (N + 1, nstate)
         nominal = simulator.run(state, ctrl[None], task.at_steps)
+        states = rollout.replay(task.problem.model, state, ctrl[:-1])  # (N + 1, nstate)
         here = task.residuals(nominal)
         roots = [term.roots() for term in here]
         residual = gauss_newton.residuals(here, roots)[0]  # (F, K)
         first = task.started(np.arange(len(self.x)))  # (n,)
         order = np.argsort(first, kind="stable")
         self.evaluations += 2.0 + float(np.sum(1.0 - first / (len(ctrl) - 1)))
-        jacobian, curvature = np.zeros((len(order), residual.size)), np.zeros((len(order), len(order)))
+        jacobian = np.zeros((len(order), residual.size), np.float32)
+        gradient, curvature = np.zeros(len(order)), np.zeros((len(order), len(order)))
 
-        def roll(rows: IntArray) -> Rollouts:
-            start = first[rows[0]]
+        def columns(piece: slice) -> tuple[int, int]:
+            """First frame on which the rows act, and first column of J there."""
+            frame = _acted(task, first[order[piece.start]])
+            return frame, frame * residual.shape[1]
+
+        def measure(piece: slice) -> None:
+            rows, (frame, column) = order[piece], columns(piece)
             moved = np.repeat(self.x[None], len(rows), axis=0)
             moved[np.arange(len(rows)), rows] += DIFFERENCE * scale[rows]
+            start, since = first[rows[0]], max(frame - DIFFERENCES, 0)
             begun = states[start] if start else task.states(moved)
-            after = task.at_steps[_acted(task, start)]
-            return simulator.run(begun, task.control(moved)[:, start:], after - start)
+            rolled = simulator.run(begun, task.control(moved)[:, start:], task.at_steps[frame:] - start)
+            found = gauss_newton.residuals(
+                task.residuals(_joined(nominal, rolled, since, frame), since), roots
+            )
+            slope = (found[:, frame - since :] - residual[frame:]).reshape(len(rows), -1) / DIFFERENCE
+            valid = rolled.finite & (np.abs(slope).max(axis=1, initial=0.0) < JACOBIAN_MAX)
+            slope[~valid] = 0.0
+            jacobian[piece, column:] = slope
+            gradient[piece] = slope @ residual[frame:].ravel()
 
-        pieces, end = _pieces(order, first, simulator.population), 0
-        with ThreadPoolExecutor(1) as ahead:
-            for rows, rolled in zip(pieces, ahead.map(roll, pieces), strict=True):
-                after = _acted(task, first[rows[0]])
-                begin, end = end, end + len(rows)
-                column = int(np.argmax(after)) * residual.shape[1]
-                found = gauss_newton.residuals(task.residuals(_joined(nominal, rolled, after)), roots)
-                slope = (found.reshape(len(rows), -1) - residual.ravel())[:, column:] / DIFFERENCE
-                valid = rolled.finite & (np.abs(slope).max(axis=1, initial=0.0) < JACOBIAN_MAX)
-                jacobian[begin:end, column:] = np.where(valid[:, None], slope, 0.0)
-                curvature[begin:end, :end] = jacobian[begin:end, column:] @ jacobian[:end, column:].T
+        def multiply(piece: slice) -> None:
+            _, column = columns(piece)
+            curvature[piece, : piece.stop] = jacobian[piece, column:] @ jacobian[: piece.stop, column:].T
+
+        pieces = _pieces(first[order], simulator.population)
+        simulator.each(measure, pieces)
+        simulator.each(multiply, pieces[::-1])
         curvature = np.tril(curvature) + np.tril(curvature, -1).T
         back = np.argsort(order)
-        return curvature[np.ix_(back, back)], (jacobian @ residual.ravel())[back]
+        return curvature[np.ix_(back, back)], gradient[back]
 
 
-def _pieces(order: IntArray, first: IntArray, most: int) -> list[IntArray]:
-    """Rows in their order, cut so that those of a piece have one first step, and are at most so many."""
-    groups = np.split(order, np.flatnonzero(np.diff(first[order])) + 1)
-    return [piece for group in groups for piece in np.array_split(group, -(-len(group) // most))]
+def _pieces(first: IntArray, most: int) -> list[slice]:
+    """Rows in the order of their first steps (n,), cut so that all of a piece have the same one."""
+    bounds = [0, *(np.flatnonzero(np.diff(first)) + 1).tolist(), len(first)]
+    found = []
+    for begin, end in itertools.pairwise(bounds):
+        cuts = [*range(begin, end, most), end]
+        found += [slice(*cut) for cut in itertools.pairwise(cuts)]
+    return found
 
 
-def _acted(task: Task, start: int) -> NDArray[np.bool_]:
-    """Frames (F,) of the loss on which an unknown has acted that begins to act at a step."""
-    return task.at_steps > start if start else task.at_steps >= 0
+def _acted(task: Task, start: int) -> int:
+    """First frame of the loss on which an unknown has acted that begins to act at a step."""
+    return int(np.searchsorted(task.at_steps, start, side="right")) if start else 0
 
 
-def _joined(nominal: Rollouts, rolled: Rollouts, after: NDArray[np.bool_]) -> Rollouts:
-    """Rollouts at all frames: those before `after` (F,) as the nominal one."""
+def _joined(nominal: Rollouts, rolled: Rollouts, since: int, frame: int) -> Rollouts:
+    """Rollouts at the frames from `since` on: those before `frame`, where they begin, as the nominal one."""
 
     def join(before: Array, found: Array) -> Array:
-        whole = np.repeat(before, len(found), axis=0)
-        whole[:, after] = found
-        return whole
+        known = np.broadcast_to(before[:, since:frame], (len(found), frame - since, *before.shape[2:]))
+        return np.concatenate((known, found), axis=1)
 
     return Rollouts(
         join(nominal.qpos, rolled.qpos),

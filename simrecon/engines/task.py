@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import mujoco
 import numpy as np
@@ -16,6 +16,8 @@ from simrecon.types import Array, Handover, IntArray, Window, WindowResult
 
 # How far the unknowns may go, in initial standard deviations of the first state.
 START_BOUND = 10.0
+# Frames before its own that a term of the loss looks at, at most: those of the total variation.
+DIFFERENCES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +29,10 @@ class _Targets:
     points_m: Array
     rays: Array
     scores: Array
+
+    def later(self, since: int) -> _Targets:
+        """Those of the frames from `since` on."""
+        return _Targets(*(getattr(self, field.name)[since:] for field in fields(self)))
 
 
 class Task:
@@ -111,23 +117,21 @@ class Task:
         return states
 
     def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite.
+        """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
 
-        P may be above the simulator's population: they are then rolled out in turns.
-        """
-        if len(samples) > simulator.population:
-            turns = range(0, len(samples), simulator.population)
-            parts = [self.evaluate(simulator, samples[k : k + simulator.population]) for k in turns]
-            names = parts[0][0]
-            return (
-                {name: np.concatenate([terms[name] for terms, _ in parts]) for name in names},
-                np.concatenate([finite for _, finite in parts]),
-            )
-        rolled = simulator.run(self.states(samples), self.control(samples), self.at_steps)
-        with np.errstate(all="ignore"):
-            terms = self._terms(rolled)
-        finite = rolled.finite & np.isfinite(sum(terms.values()))
-        return terms, finite
+        def measured(part: slice) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+            own = samples[part]
+            rolled = simulator.run(self.states(own), self.control(own), self.at_steps)
+            with np.errstate(all="ignore"):
+                terms = self._terms(rolled)
+            return terms, rolled.finite & np.isfinite(sum(terms.values()))
+
+        parts = simulator.each(measured, rollout.pieces(len(samples), simulator.population))
+        names = parts[0][0]
+        return (
+            {name: np.concatenate([terms[name] for terms, _ in parts]) for name in names},
+            np.concatenate([finite for _, finite in parts]),
+        )
 
     def _terms(self, rolled: Rollouts) -> dict[str, Array]:
         problem, target, weights = self.problem, self._targets, self.problem.plan.loss
@@ -158,9 +162,10 @@ class Task:
             terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
         return {name: getattr(weights, name) * value for name, value in terms.items()}
 
-    def residuals(self, rolled: Rollouts) -> list[Term]:
-        """The terms of the loss as vectors, for Gauss-Newton steps."""
-        problem, target, weights = self.problem, self._targets, self.problem.plan.loss
+    def residuals(self, rolled: Rollouts, since: int = 0) -> list[Term]:
+        """The terms of the loss as vectors, for Gauss-Newton steps; of rollouts at frames from `since` on."""
+        problem, weights = self.problem, self.problem.plan.loss
+        target = self._targets.later(since)
         points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
         com_off, off = rolled.com_m - target.com_m, points - target.points_m
@@ -182,12 +187,13 @@ class Task:
             over = losses.limit_excess(losses.joint_rotvecs(orientations), problem.limits_rad)
             terms.append(Term(over[..., None], weights.joint_limit, losses.joint_limit_slope, floor=0.03))
         if weights.prior:
-            latent = problem.prior.latent(orientations[:, self._prior_rows, 1:])
+            rows = self._prior_rows[self._prior_rows >= since] - since
+            latent = problem.prior.latent(orientations[:, rows, 1:])
             code = np.zeros((*orientations.shape[:2], latent.shape[-1]))
-            code[:, self._prior_rows] = latent
+            code[:, rows] = latent
             terms.append(Term(code, weights.prior * self._prior_share, np.ones_like))
         if weights.total_variation:
-            jerk = np.diff(points[:, :, problem.joint_rows], n=3, axis=1)
+            jerk = np.diff(points[:, :, problem.joint_rows], n=DIFFERENCES, axis=1)
             share = weights.total_variation / jerk.shape[2]
             terms.append(Term(jerk[..., None], share, np.ones_like, floor=0.001))
         return terms
