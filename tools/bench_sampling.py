@@ -1,7 +1,7 @@
 """How well and how fast the sampling engine tracks clean references and noisy evidence.
 
 usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips NAME ...]
-                                      [--noisy | --feasible] [--seeds N ...] [--threads N]
+                                      [--noisy | --feasible | --halfway] [--seeds N ...] [--threads N]
                                       [--set SECTION.KEY=VALUE ...]
        python tools/bench_sampling.py --compare A.json B.json
 
@@ -11,6 +11,10 @@ engine's own, right after the clip; so the ratio of the two speeds does not depe
 
 --feasible tracks what the engine did when it tracked the clip: a motion that this body can do, so that the
 error is the engine's alone. `tools/feasibility.py` tells what the clips ask for beyond that.
+
+--halfway tracks what lies half way between the clip and what the engine did of it. If that is the nearest
+motion to the clip that the body can do, it is the nearest to what lies half way too: the error halves, and the
+distance from the clip stays.
 """
 
 from __future__ import annotations
@@ -31,7 +35,7 @@ import numpy as np
 import references
 
 import simrecon
-from simrecon import evidence, kinematics, plan, rollout, schedule
+from simrecon import evidence, kinematics, plan, rollout, rotations, schedule
 from simrecon.bench.suite import overridden
 from simrecon.engines import clip as engine
 from simrecon.engines import draft, sampling
@@ -43,6 +47,7 @@ from simrecon.types import Array, Evidence, IntArray, KinematicFit, Scene, Windo
 
 COLUMNS = {
     "mpjpe_g_mm": "MPJPE-G, mm",
+    "from_clip_mm": "from the clip",
     "loss": "loss",
     "generations": "generations",
     "rollouts": "rollouts",
@@ -69,7 +74,7 @@ class Row:
 
     Attributes:
         mpjpe_g_mm: mean distance of hips, knees, ankles, shoulders, elbows and wrists from what was to be
-            tracked, not root-aligned.
+            tracked, not root-aligned. from_clip_mm: from the clip, where that was not what was tracked.
         loss: mean over windows. generations, rollouts, steps: sums, without those of a draft.
         s_per_s: wall time per second of motion. stepping_share: of it, within MuJoCo.
         steps_per_s: simulation steps by wall time; bare_ratio: as a share of bare stepping.
@@ -79,6 +84,7 @@ class Row:
     clip: str
     seed: int
     mpjpe_g_mm: float
+    from_clip_mm: float
     loss: float
     generations: int
     rollouts: int
@@ -102,6 +108,7 @@ def main() -> None:
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument("--noisy", action="store_true", help="track fits of evidence/synth_*.npz instead")
     kind.add_argument("--feasible", action="store_true", help="track what the engine did of the clip instead")
+    kind.add_argument("--halfway", action="store_true", help="track the middle of that and the clip instead")
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--set", nargs="+", default=[], metavar="SECTION.KEY=VALUE", help="change the plan")
@@ -118,10 +125,13 @@ def main() -> None:
     rows = []
     for clip in options.clips:
         fit, seen = given(options.data, clip, settings, options.noisy)
-        if options.feasible:
-            fit = feasible(fit, seen, settings, options.threads)
+        tracked = fit
+        if options.feasible or options.halfway:
+            tracked = feasible(fit, seen, settings, options.threads)
+        if options.halfway:
+            tracked = middle(fit, tracked)
         for seed in options.seeds:
-            rows.append(run(fit, seen, settings, clip, seed, options.threads))
+            rows.append(run(fit, tracked, seen, settings, clip, seed, options.threads))
             print(text(rows[-1]), flush=True)
     options.output.mkdir(parents=True, exist_ok=True)
     said = {
@@ -130,6 +140,7 @@ def main() -> None:
         "plan": asdict(settings),
         "noisy": options.noisy,
         "feasible": options.feasible,
+        "halfway": options.halfway,
     }
     path = options.output / f"{Path(options.plan).stem}-{time.strftime('%Y%m%dT%H%M%S')}.json"
     path.write_text(json.dumps(said | {"rows": [asdict(row) for row in rows]}, indent=1), encoding="utf-8")
@@ -188,20 +199,42 @@ def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) ->
     )
 
 
-def run(fit: KinematicFit, seen: Evidence, settings: Plan, clip: str, seed: int, threads: int) -> Row:
-    """Track one clip."""
+def middle(clip: KinematicFit, done: KinematicFit) -> KinematicFit:
+    """Half way from a clip to what was done of it."""
+    a, b = clip.qpos[: len(done.qpos)], done.qpos
+    turned = rotations.slerp(*(q[:, 3:].reshape(len(b), -1, 4) for q in (a, b)), 0.5)
+    qpos = np.concatenate(((a[:, :3] + b[:, :3]) / 2, turned.reshape(len(b), -1)), axis=1)
+    return replace(done, qpos=qpos, com_m=kinematics.configurations(clip.body, qpos)[0])
+
+
+def distance_mm(fit: KinematicFit, qpos: Array) -> float:
+    """Mean distance of the limbs' joints from what was to be done."""
+    rows = [fit.body.skeleton.point_names.index(name) for name in JOINTS]
+    done, wanted = (kinematics.configurations(fit.body, q)[1][:, rows] for q in (qpos, fit.qpos[: len(qpos)]))
+    return 1e3 * float(np.linalg.norm(done - wanted, axis=-1).mean())
+
+
+def run(
+    clip_fit: KinematicFit,
+    fit: KinematicFit,
+    seen: Evidence,
+    settings: Plan,
+    clip: str,
+    seed: int,
+    threads: int,
+) -> Row:
+    """Track `fit`, which is the clip or has come of it."""
     began = time.perf_counter()
     sampler, results, qpos, batches = track(fit, seen, settings, seed, threads)
     wall_s = time.perf_counter() - began
     problem, simulator = sampler.problem, sampler.simulator
-    rows = [fit.body.skeleton.point_names.index(name) for name in JOINTS]
-    off = (kinematics.configurations(fit.body, qpos)[1] - problem.points_m[: len(qpos)])[:, rows]  # (T, J, 3)
     speed = simulator.steps / wall_s
     endings = [result.status.name.lower() for result in results]
     return Row(
         clip=clip,
         seed=seed,
-        mpjpe_g_mm=1e3 * float(np.linalg.norm(off, axis=-1).mean()),
+        mpjpe_g_mm=distance_mm(fit, qpos),
+        from_clip_mm=distance_mm(clip_fit, qpos),
         loss=float(np.mean([result.loss for result in results])),
         generations=sum(len(result.trace) - 1 - result.descent_steps for result in results),
         rollouts=sum(result.evaluations for result in results),
