@@ -13,8 +13,8 @@ engine's own, right after the clip; so the ratio of the two speeds does not depe
 error is the engine's alone. `tools/feasibility.py` tells what the clips ask for beyond that.
 
 --halfway tracks what lies half way between the clip and what the engine did of it. If that is the nearest
-motion to the clip that the body can do, it is the nearest to what lies half way too: the error halves, and the
-distance from the clip stays.
+motion to the clip that the body can do, it is the nearest to what lies half way too: the error halves, and
+the distance from the clip stays.
 """
 
 from __future__ import annotations
