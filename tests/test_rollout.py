@@ -111,6 +111,42 @@ def test_a_smaller_population_runs_too(model: mujoco.MjModel, state: Array, ctrl
     assert_same(simulator.run(state, ctrl[:2], AT), plain(model, state, ctrl[:2]))
 
 
+def test_work_goes_on_with_other_numbers_of_threads(model: mujoco.MjModel, state: Array, ctrl: Array) -> None:
+    wanted = [1]
+    simulator = Simulator(model, P, lambda: wanted[0])
+    whole = simulator.run(state, ctrl, AT)
+    for wanted[0] in (3, 2, 9, 1):
+        parts = simulator.each(
+            lambda part: simulator.run(state, ctrl[part], AT).qpos, rollout.pieces(len(ctrl), P)
+        )
+        np.testing.assert_array_equal(np.concatenate(parts), whole.qpos)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_piece_that_fails_says_so_and_harms_no_other(
+    model: mujoco.MjModel, state: Array, ctrl: Array, threads: int
+) -> None:
+    simulator = Simulator(model, P, threads)
+
+    def work(part: slice) -> Array:
+        return simulator.run(state, ctrl[part, :, : 2 if part.start == 0 else 3], AT).qpos
+
+    for _ in range(3):
+        with pytest.raises(ValueError, match="broadcast"):
+            simulator.each(work, rollout.pieces(len(ctrl), P))
+    assert_same(simulator.run(state, ctrl, AT), plain(model, state, ctrl))
+
+
+@pytest.mark.parametrize(("count", "most"), [(1, 50), (3, 50), (18, 50), (50, 50), (432, 50)])
+def test_pieces_are_all_samples_in_order(count: int, most: int) -> None:
+    parts = rollout.pieces(count, most)
+    assert np.concatenate([np.arange(count)[part] for part in parts]).tolist() == list(range(count))
+    sizes = [part.stop - part.start for part in parts]
+    assert max(sizes) <= most
+    assert max(sizes) - min(sizes) <= 1
+    assert len(parts) >= min(rollout.PIECES, count)
+
+
 def test_the_arm_really_moves_the_trunk(model: mujoco.MjModel, state: Array, ctrl: Array) -> None:
     found = Simulator(model, P, 1).run(state, ctrl, AT)
     assert np.ptp(found.points_m[:, -1], axis=0).max() > 0.01

@@ -1,0 +1,54 @@
+"""The Jacobian that comes piece by piece is that of whole rollouts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simrecon import gauss_newton, schedule
+from simrecon.engines import descent, sampling
+from simrecon.engines.descent import Descent
+from simrecon.engines.task import Task
+from simrecon.rollout import Simulator
+
+ALL = {
+    "prior": 0.05,
+    "total_variation": 1.0,
+    "joint_limit": 1.0,
+    "landmark": 100.0,
+    "landmark_velocity": 0.5,
+    "prior_rate_hz": 15.0,
+}
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_jacobian_is_that_of_whole_rollouts(make, threads: int) -> None:
+    plan = make.settings(population=20, start=0.02, **ALL)
+    problem = make.clip(plan)
+    (window,) = schedule.cut(problem.clock, plan)
+    task, simulator = (
+        Task(problem, window, sampling.start(problem)),
+        Simulator(problem.model, 20, threads),
+    )
+    begun = Descent.begin(task, simulator)
+    begun.x += np.random.default_rng(0).normal(size=len(begun.x)) * 0.1 * task.deviations()
+    scale = task.deviations()
+    curvature, gradient = begun._linearise(scale)
+
+    here = task.residuals(
+        simulator.run(task.states(begun.x[None]), task.control(begun.x[None]), task.at_steps)
+    )
+    roots = [term.roots() for term in here]
+    residual = gauss_newton.residuals(here, roots).ravel()
+    jacobian = []
+    for k in range(len(begun.x)):
+        moved = begun.x.copy()
+        moved[k] += descent.DIFFERENCE * scale[k]
+        rolled = simulator.run(task.states(moved[None]), task.control(moved[None]), task.at_steps)
+        found = gauss_newton.residuals(task.residuals(rolled), roots).ravel()
+        jacobian.append((found - residual) / descent.DIFFERENCE)
+    expected = np.array(jacobian)
+    np.testing.assert_allclose(gradient, expected @ residual, rtol=1e-9, atol=1e-9)
+    squares = expected @ expected.T
+    np.testing.assert_allclose(curvature, squares, rtol=1e-4, atol=1e-6 * squares.max())
+    np.testing.assert_array_equal(curvature, curvature.T)
