@@ -6,7 +6,8 @@ Of every stretch of frames in which all parts of the body are more than 5 cm ove
 the time that the rise of the centre of mass allows, the vertical acceleration (free fall: -9.81 m/s²), and
 the angular momentum about the centre of mass, which can't change in flight. Of all other frames: how far the
 centre of pressure that the motion asks for lies outside of what is within 5 cm of the floor, and the share of
-frames that ask for more friction than there is.
+frames that ask for more friction than there is. Of all frames: the vertical acceleration from one to the
+next, and how far the centre of mass has to move at least so that gravity and friction allow what it does.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import references
+from numpy.typing import NDArray
+from scipy import optimize, sparse
 from scipy.signal import savgol_filter
 from scipy.spatial import ConvexHull
 
@@ -54,6 +57,19 @@ def main() -> None:
         outside_m, friction = pressure(references.read(options.data / "mocap" / "deepmimic", clip))
         share = 100 * float((friction > FRICTION).mean())
         print(f"| {clip} | {1e3 * outside_m.mean():.0f}, {1e3 * outside_m.max():.0f} | {share:.0f} |")
+    print(
+        "\n| clip | vertical acceleration, least and most, g "
+        "| least displacement of the centre of mass, mean and most, mm |"
+    )
+    print("|---|---|---|")
+    for clip in references.CLIPS:
+        fit = references.read(options.data / "mocap" / "deepmimic", clip)
+        vertical = accelerations(fit)[:, 2] / GRAVITY_MPS2
+        moved_mm = 1e3 * np.linalg.norm(nearest(fit) - fit.com_m, axis=1)
+        print(
+            f"| {clip} | {vertical.min():.1f}, {vertical.max():.1f} "
+            f"| {moved_mm.mean():.1f}, {moved_mm.max():.0f} |"
+        )
 
 
 def row(clip: str, fit: KinematicFit, first: int, last: int) -> str:
@@ -74,18 +90,63 @@ def row(clip: str, fit: KinematicFit, first: int, last: int) -> str:
 
 def flights(fit: KinematicFit) -> list[tuple[int, int]]:
     """First and last frames of every stretch without support."""
+    edges = np.flatnonzero(np.diff(np.pad(aloft(fit).astype(int), 1)))
+    return [(a, b - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
+
+
+def aloft(fit: KinematicFit) -> NDArray[np.bool_]:
+    """Frames (T,) in which all parts are clear of the floor."""
     model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, Scene(), 0.01))
     data = mujoco.MjData(model)
     floor = next(i for i in range(model.ngeom) if model.geom_bodyid[i] == 0)
     parts = [i for i in range(model.ngeom) if model.geom_bodyid[i] != 0]
-    aloft = np.zeros(len(fit.qpos) + 2, dtype=bool)
-    for frame, qpos in enumerate(fit.qpos, start=1):
+    found = np.zeros(len(fit.qpos), dtype=bool)
+    for frame, qpos in enumerate(fit.qpos):
         data.qpos[:] = qpos
         mujoco.mj_kinematics(model, data)
         gaps = [mujoco.mj_geomDistance(model, data, floor, part, 1.0, None) for part in parts]
-        aloft[frame] = min(gaps) > CLEAR_M
-    edges = np.flatnonzero(np.diff(aloft.astype(int)))
-    return [(a, b - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
+        found[frame] = min(gaps) > CLEAR_M
+    return found
+
+
+def accelerations(fit: KinematicFit) -> Array:
+    """Of the centre of mass (T - 2, 3), by second differences of its frames, m/s²."""
+    interval_s = float(fit.times_s[1] - fit.times_s[0])
+    return np.asarray(np.diff(fit.com_m, n=2, axis=0)) / interval_s**2
+
+
+def nearest(fit: KinematicFit) -> Array:
+    """The centre of mass (T, 3) of least mean distance whose accelerations forces on the floor may cause.
+
+    They are gravity's in frames without support, else within the friction cone over it; a linear programme
+    with the cone as a pyramid of eight sides, and distances along 26 directions, so both a little too small.
+    """
+    count, interval_s = len(fit.com_m), float(fit.times_s[1] - fit.times_s[0])
+    free = aloft(fit)[1:-1]
+    second = sparse.diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(count - 2, count)) / interval_s**2
+    unit, nothing = sparse.eye_array(count), sparse.csr_array((count - 2, count))
+    held, gravity = second.tocsr()[~free], FRICTION * GRAVITY_MPS2 * np.ones((~free).sum())
+    rows, most = [], []
+    for angle in np.arange(8) * np.pi / 4:
+        x, y = np.cos(angle), np.sin(angle)
+        rows.append(sparse.hstack([x * held, y * held, -FRICTION * held, nothing[~free]]))
+        most.append(gravity)
+    for direction in np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)]):
+        x, y, z = direction / np.linalg.norm(direction)
+        rows.append(sparse.hstack([x * unit, y * unit, z * unit, -unit]))
+        most.append(fit.com_m @ [x, y, z])
+    falling = sparse.hstack(
+        [sparse.block_diag([second.tocsr()[free]] * 3), sparse.csr_array((3 * free.sum(), count))]
+    )
+    found = optimize.linprog(
+        np.repeat([0.0, 1.0], [3 * count, count]),
+        A_ub=sparse.vstack(rows),
+        b_ub=np.concatenate(most),
+        A_eq=falling,
+        b_eq=np.repeat([0.0, 0.0, -GRAVITY_MPS2], free.sum()),
+        bounds=(None, None),
+    )
+    return np.asarray(found.x[: 3 * count].reshape(3, count).T)
 
 
 def pressure(fit: KinematicFit) -> tuple[Array, Array]:
