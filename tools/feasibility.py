@@ -119,7 +119,7 @@ def nearest(fit: KinematicFit) -> Array:
     """The centre of mass (T, 3) of least mean distance whose accelerations forces on the floor may cause.
 
     They are gravity's in frames without support, else within the friction cone over it; a linear programme
-    with the cone as a pyramid of eight sides, and distances along 26 directions, so both a little too small.
+    with the cone as a pyramid around it, and distances along 26 directions: what is found is a little too near.
     """
     count, interval_s = len(fit.com_m), float(fit.times_s[1] - fit.times_s[0])
     free = aloft(fit)[1:-1]
@@ -135,14 +135,12 @@ def nearest(fit: KinematicFit) -> Array:
         x, y, z = direction / np.linalg.norm(direction)
         rows.append(sparse.hstack([x * unit, y * unit, z * unit, -unit]))
         most.append(fit.com_m @ [x, y, z])
-    falling = sparse.hstack(
-        [sparse.block_diag([second.tocsr()[free]] * 3), sparse.csr_array((3 * free.sum(), count))]
-    )
+    falling = sparse.block_diag([second.tocsr()[free]] * 3)
     found = optimize.linprog(
         np.repeat([0.0, 1.0], [3 * count, count]),
         A_ub=sparse.vstack(rows),
         b_ub=np.concatenate(most),
-        A_eq=falling,
+        A_eq=sparse.hstack([falling, sparse.csr_array((falling.shape[0], count))]),
         b_eq=np.repeat([0.0, 0.0, -GRAVITY_MPS2], free.sum()),
         bounds=(None, None),
     )
