@@ -119,7 +119,7 @@ def nearest(fit: KinematicFit) -> Array:
     """The centre of mass (T, 3) of least mean distance whose accelerations forces on the floor may cause.
 
     They are gravity's in frames without support, else within the friction cone over it; a linear programme
-    with the cone as a pyramid around it, and distances along 26 directions: what is found is a little too near.
+    with a pyramid around the cone, and distances along 26 directions: what is found is a little too near.
     """
     count, interval_s = len(fit.com_m), float(fit.times_s[1] - fit.times_s[0])
     free = aloft(fit)[1:-1]
