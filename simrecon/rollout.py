@@ -5,10 +5,9 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-import os
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Lock
@@ -19,17 +18,18 @@ import mujoco.batch
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon import processor
 from simrecon.types import Array, IntArray
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 PIECES = 4
-"""Into which samples are cut: more would cost more calls, fewer leave threads to wait for each other."""
+"""Parts into which samples are cut: more would cost more calls, fewer would leave threads to wait."""
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
 
 Threads = int | Callable[[], int]
-"""Number of threads, 0 for one per core; or what says it, asked before every rollout."""
+"""Number of threads, 0 for one per core; or what says it, asked again and again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,14 +94,31 @@ class Simulator:
         self._counting = Lock()
         self._follow()
 
+    @property
+    def threads(self) -> int:
+        """How many there are now."""
+        return self._threads
+
     def each(self, work: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
-        """What `work` gives for each item, in their order; it may `run`, and is called by several threads."""
+        """What `work` gives for each item, in their order.
+
+        `work` is called by several threads at a time, and may call `run` but not `each`. An exception of one
+        call is raised when no other one goes on.
+        """
         self._follow()
         with unlogged():
-            return [*(map if self._pool is None else self._pool.map)(work, items)]
+            if self._pool is None:
+                return [work(item) for item in items]
+            asked = [self._pool.submit(work, item) for item in items]
+            try:
+                return [one.result() for one in asked]
+            finally:
+                for one in asked:
+                    one.cancel()
+                wait(asked)
 
     def run(self, state: Array, ctrl: Array, at_steps: IntArray) -> Rollouts:
-        """Roll out.
+        """Roll out; outside of `each` on the threads of one worker only.
 
         Args:
             state: (nstate,) where all rollouts start, or (P, nstate).
@@ -111,7 +128,8 @@ class Simulator:
         Returns:
             The rollouts at those steps.
         """
-        worker = self._free.get()
+        free = self._free
+        worker = free.get()
         try:
             began = time.perf_counter()
             with unlogged():
@@ -120,7 +138,7 @@ class Simulator:
             points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, self.person.body]
             qpos = out["qpos"][:, np.maximum(at_steps - 1, 0), : self.person.nq]
         finally:
-            self._free.put(worker)
+            free.put(worker)
         with self._counting:
             self.seconds += spent
             self.steps += ctrl.shape[0] * ctrl.shape[1]
@@ -132,15 +150,15 @@ class Simulator:
     def _follow(self) -> None:
         """Take up the number of threads that is wanted now: workers, each with its share."""
         wanted = self._wanted() if callable(self._wanted) else self._wanted
-        threads = wanted or len(os.sched_getaffinity(0))
+        threads = wanted or processor.cores()
         if threads == self._threads:
             return
-        self._threads, count = threads, min(threads, PIECES)
-        self._free: SimpleQueue[_Worker] = SimpleQueue()
+        count, free = min(threads, PIECES), SimpleQueue[_Worker]()
         for worker in range(count):
             own = threads // count + (worker < threads % count)
-            self._free.put(_Worker(mujoco.batch.Batch(self.model, self.population, own)))
-        self._pool = ThreadPoolExecutor(count) if count > 1 else None
+            free.put(_Worker(mujoco.batch.Batch(self.model, self.population, own)))
+        self._free, self._pool = free, ThreadPoolExecutor(count) if count > 1 else None
+        self._threads = threads
 
 
 class _Worker:
@@ -170,7 +188,7 @@ class _Worker:
 
 
 def pieces(count: int, most: int) -> list[slice]:
-    """So many samples in `PIECES` parts, or more of `most` each: the same for any number of threads."""
+    """So many samples in `PIECES` parts, or more of at most `most`: the same for any number of threads."""
     parts = min(max(PIECES, -(-count // most)), count)
     ends = [count * part // parts for part in range(parts + 1)]
     return [slice(*part) for part in itertools.pairwise(ends)]

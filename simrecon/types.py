@@ -295,7 +295,7 @@ class WindowResult:
         trace: (1 + D + G,) best loss at the warm start, after each descent step and each generation.
         steps: (1 + D + G,) simulation steps spent until then.
         descent_steps: D. evaluations: rollouts done, the last one of the mean.
-        seconds, stepping_s: wall time, and wall time within MuJoCo.
+        seconds: wall time. stepping_s: within MuJoCo, of all threads over their number.
         handover: to the next window.
     """
 

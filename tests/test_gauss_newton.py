@@ -72,6 +72,10 @@ def test_steps_do_not_run_away_where_nothing_is_felt() -> None:
     np.testing.assert_allclose(step, [-1 / 1.1, -1 / 1.1, 0.0])
 
 
+def test_there_is_no_step_where_the_squares_have_no_minimum() -> None:
+    np.testing.assert_array_equal(Quadratic(-np.eye(3), np.ones(3)).step(0.1), np.zeros(3))
+
+
 def test_samples_raise_the_squares_by_as_much_as_asked() -> None:
     jacobian = RNG.normal(size=(20, 60)) * np.logspace(0, 3, 20)[:, None]
     root = Quadratic(jacobian @ jacobian.T, np.zeros(20)).root_covariance(rise=2.0, sigma=1e6)

@@ -120,6 +120,7 @@ def test_work_goes_on_with_other_numbers_of_threads(model: mujoco.MjModel, state
             lambda part: simulator.run(state, ctrl[part], AT).qpos, rollout.pieces(len(ctrl), P)
         )
         np.testing.assert_array_equal(np.concatenate(parts), whole.qpos)
+        assert simulator.threads == wanted[0]
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -134,6 +135,7 @@ def test_a_piece_that_fails_says_so_and_harms_no_other(
     for _ in range(3):
         with pytest.raises(ValueError, match="broadcast"):
             simulator.each(work, rollout.pieces(len(ctrl), P))
+        assert mujoco.MjLogConfig.get().logto_console
     assert_same(simulator.run(state, ctrl, AT), plain(model, state, ctrl))
 
 

@@ -25,7 +25,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simrecon import cli, evidence, resources
+from simrecon import cli, evidence, processor, resources
 from simrecon.batch import journal
 from simrecon.bench import tables
 
@@ -164,8 +164,8 @@ def main() -> int:
         rows.append(measure(clips, options.output / f"run{i}", options.plan))
         print(json.dumps(rows[-1]), flush=True)
         shutil.rmtree(options.output / f"run{i}")
-    plan, cores = Path(options.plan).stem, len(os.sched_getaffinity(0))
-    settings = f"{len(clips)} clips of {options.seconds:g} s, plan `{plan}`, {cores} cores"
+    plan = Path(options.plan).stem
+    settings = f"{len(clips)} clips of {options.seconds:g} s, plan `{plan}`, {processor.cores()} cores"
     text = section(rows, settings, load)
     print(text)
     if options.write is not None:

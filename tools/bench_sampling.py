@@ -7,7 +7,8 @@ usage: python tools/bench_sampling.py --data DATA -o OUT [--plan NAME] [--clips 
 
 DATA holds `mocap/deepmimic`, and `evidence` for --noisy. Writes OUT/PLAN-WHEN.json and prints the same as a
 table. Bare stepping is `mujoco.batch` alone: the same model, states and controls, one piece in so many of the
-engine's own, right after the clip; so the ratio of the two speeds does not depend on how fast the machine is.
+engine's own, those of one length in one batch, right after the clip; so the ratio of the two speeds does not
+depend on how fast the machine is.
 
 --feasible tracks what the engine did when it tracked the clip: a motion that this body can do, so that the
 error is the engine's alone. `tools/feasibility.py` tells what the clips ask for beyond that.
@@ -248,7 +249,7 @@ def run(
 
 
 def record(simulator: rollout.Simulator) -> list[Batch]:
-    """A list that grows with states and controls of every `EVERY`-th batch of a simulator."""
+    """A list that grows with states and controls of every `EVERY`-th piece that a simulator rolls out."""
     run, kept, calls = simulator.run, list[Batch](), itertools.count(1)
 
     def recorded(state: Array, ctrl: Array, at_steps: IntArray) -> rollout.Rollouts:
@@ -271,7 +272,8 @@ def bare_speed(problem: Problem, batches: Iterable[Batch], threads: int) -> floa
         batch = mujoco.batch.Batch(problem.model, len(ctrls), threads)
         batch.state[:] = states
         began = time.perf_counter()
-        batch.rollout(length, ctrls)
+        with rollout.unlogged():
+            batch.rollout(length, ctrls)
         seconds += time.perf_counter() - began
         steps += ctrls.shape[0] * length
     return steps / seconds

@@ -1,6 +1,6 @@
 """What MuJoCo's solver options are worth: simulation steps per second of populations around clean clips.
 
-usage: python tools/bench_stepping.py --data DATA [--clips NAME ...] [--scene FILE]
+usage: python tools/bench_stepping.py --data DATA [--clips NAME ...] [--plan NAME] [--scene FILE]
                                       [--threads N] [--repeats N]
 
 DATA holds `mocap/deepmimic`. Populations start at states along the kinematic targets' own simulation, every
@@ -52,14 +52,15 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--clips", nargs="+", default=["walk", "kick", "roll", "getup_faceup"])
+    parser.add_argument("--plan", default="default")
     parser.add_argument("--scene", type=Path)
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--repeats", type=int, default=3)
     options = parser.parse_args()
     scene = scenes.read(options.scene) if options.scene else Scene()
-    ratios = []
+    settings, ratios = plan.read(options.plan), []
     for clip in options.clips:
-        speeds = measured(options.data, clip, scene, options.threads, options.repeats)
+        speeds = measured(options.data, clip, settings, scene, options.threads, options.repeats)
         ratios.append(list(speeds.values()))
         print(f"{clip}: {next(iter(speeds.values())):.0f} steps/s", flush=True)
     found = np.array(ratios) / np.array(ratios)[:, :1]
@@ -69,9 +70,10 @@ def main() -> None:
         print(f"| {way} | " + " | ".join(f"{ratio:.2f}" for ratio in row) + " |")
 
 
-def measured(data: Path, clip: str, scene: Scene, threads: int, repeats: int) -> dict[str, float]:
+def measured(
+    data: Path, clip: str, settings: plan.Plan, scene: Scene, threads: int, repeats: int
+) -> dict[str, float]:
     """Steps per second of a clip by way."""
-    settings = plan.read("default")
     fit, seen = bench_sampling.given(data, clip, settings, noisy=False)
     fit = replace(fit, scene=scene)
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
@@ -85,11 +87,15 @@ def measured(data: Path, clip: str, scene: Scene, threads: int, repeats: int) ->
             batch = mujoco.batch.Batch(model, POPULATION, threads)
             seconds = 0.0
             for state, ctrl in batches:
-                batch.state[:] = state
+                batch.state[:], batch.warning[:] = state, 0
                 began = time.perf_counter()
                 with rollout.unlogged():
                     batch.rollout(ctrl.shape[1], ctrl, ids=np.arange(POPULATION))
                 seconds += time.perf_counter() - began
+                if batch.warning[:, :, 1].any():
+                    raise SystemExit(
+                        f"{clip}, {way}: a rollout diverged, and stepped less"
+                    )
             spent[way] = min(spent[way], seconds)
     return {way: steps / seconds for way, seconds in spent.items()}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
 import signal
 import tempfile
@@ -13,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+from simrecon import processor
 from simrecon.batch import cluster, forecast, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
@@ -60,7 +60,7 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
         kept = [] if settings.force else [name for name, row in facts.items() if is_done(places, row)]
         rows = [row for name, row in facts.items() if name not in failed and name not in kept]
         by_name = {clip.name: clip for clip in clips}
-        count, cores = at_once(settings, len(clips)), len(os.sched_getaffinity(0))
+        count, cores = at_once(settings, len(clips)), processor.cores()
         groups: dict[str, tuple[Cost, list[dict[str, Any]]]] = {}
         for row in rows:
             if row["plan_key"] not in groups:
@@ -130,7 +130,7 @@ def at_once(settings: Settings, clips: int) -> int:
         return min(settings.jobs, max(clips, 1))
     if settings.scheduler is not None:
         return max(clips, 1)  # all, so that a cluster that adapts itself sees how much there is to do
-    return min(len(os.sched_getaffinity(0)), max(clips, 1))
+    return min(processor.cores(), max(clips, 1))
 
 
 def is_done(places: Places, facts: dict[str, Any]) -> bool:

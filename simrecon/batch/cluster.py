@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from simrecon import processor
 from simrecon.batch import inputs, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Event, Places, check_alive
@@ -178,7 +179,7 @@ def crew(run: str, jobs: int, scheduler: str | None, memory_bytes: int) -> Itera
                 )
             )
             client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
-            yield Crew(client, topic, cores=len(os.sched_getaffinity(0)))
+            yield Crew(client, topic, cores=processor.cores())
             return
         file = Path(scheduler)
         where: dict[str, Any] = {"scheduler_file": scheduler} if file.is_file() else {"address": scheduler}

@@ -59,7 +59,7 @@ def solve(
 
     Args:
         job: what to do.
-        threads: of the simulator, asked before every rollout if it is a function.
+        threads: of the simulator, asked again and again if it is a function.
         tell: told of stages, of the beginning of the windows, and of every window.
         stop: whether to end after the next window.
 

@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
+from simrecon import processor
 from simrecon.bench import statics, tables
 from simrecon.bench.suite import Check, Suite
 from simrecon.bench.task import RESULT, Task, execute, failed, machine, tasks
@@ -69,7 +70,7 @@ def run(
         raise InputError(
             f"{output}: can't be made ({error.strerror}); give a folder in a writable place"
         ) from error
-    threads = threads or max(1, (os.cpu_count() or 1) // jobs)
+    threads = threads or max(1, processor.cores() // jobs)
     work = [
         dataclasses.replace(task, threads=threads)
         for task in tasks(suite, data.resolve(), output, evaluator)

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from simrecon import plan
+from simrecon import plan, processor
 from simrecon.batch import ahead, clips, page, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
@@ -90,7 +90,7 @@ def _batch(options: argparse.Namespace) -> int:
 def _settings(options: argparse.Namespace, count: int) -> Settings:
     memory = int(options.memory_gib * GIB) if options.memory_gib else 0
     if not memory and options.scheduler is None:
-        jobs = options.jobs or min(len(os.sched_getaffinity(0)), count)
+        jobs = options.jobs or min(processor.cores(), count)
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // max(jobs, 1)
     return Settings(
         output=Path(options.output),

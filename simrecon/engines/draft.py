@@ -7,12 +7,11 @@ only its knots stay, as the warm start of the sequential pass, whose motion is o
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from simrecon import blas, rollout
+from simrecon import blas, processor, rollout
 from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
@@ -36,7 +35,7 @@ def drafted(problem: Problem, windows: Sequence[Window], start: Handover, thread
     if not steps:
         return problem
     count = threads() if callable(threads) else threads
-    with rollout.unlogged(), ThreadPoolExecutor(count or os.cpu_count()) as pool:
+    with rollout.unlogged(), ThreadPoolExecutor(count or processor.cores()) as pool:
         found = list(pool.map(lambda window: _knots(problem, window, start, steps), windows))
     draft = problem.draft_rad.copy()
     for own in found:  # the next window takes over where it begins

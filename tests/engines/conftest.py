@@ -16,6 +16,12 @@ from simrecon.plan import LossWeights, Optimiser, Plan, Recovery, Simulation, Wi
 from simrecon.types import Camera, Evidence, KinematicFit, Scene
 
 FRAMES, FRAME_S = 13, 1 / 30
+CAMERA = Camera(
+    np.array([[800.0, 0.0, 320.0], [0.0, 800.0, 240.0], [0.0, 0.0, 1.0]]),
+    np.array([-0.1, 0.02, 0.001, 0.0, 0.0]),
+    np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0], [1.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 1.0]]),
+    (640, 480),
+)
 LOSSES = {
     "com_position": 15.0,
     "com_velocity": 15.0,
@@ -117,8 +123,9 @@ def clip(plan: Plan, fit: KinematicFit | None = None, evidence: Evidence | None 
 
 
 class Makers:
-    """The functions of this file, for the tests beside it."""
+    """The functions of this file, for the tests beside it, and a camera."""
 
+    camera = CAMERA
     settings: Callable[..., Plan] = staticmethod(settings)
     standing: Callable[..., KinematicFit] = staticmethod(standing)
     unseen: Callable[..., Evidence] = staticmethod(unseen)

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from simrecon import gauss_newton, schedule
+from simrecon import camera as cameras
+from simrecon import gauss_newton, kinematics, schedule
+from simrecon import scene as scenes
 from simrecon.engines import descent, sampling
 from simrecon.engines.descent import Descent
+from simrecon.engines.problem import Problem
 from simrecon.engines.task import Task
+from simrecon.plan import Plan
 from simrecon.rollout import Simulator
 
+BALL = """
+[[item]]
+name = "ball"
+kind = "ball"
+position_m = [1.0, 0.0, 0.0]
+mass_kg = 2.0
+"""
 ALL = {
     "prior": 0.05,
     "total_variation": 1.0,
@@ -21,10 +34,32 @@ ALL = {
 }
 
 
+def clip(make, plan: Plan, kind: str) -> Problem:
+    """A person who sways: on the floor, before a camera, or beside a ball that may roll."""
+    if kind == "ball":
+        return make.clip(plan, replace(make.standing(), scene=scenes.parse(BALL)))
+    if kind == "floor":
+        return make.clip(plan)
+    fit = make.standing(make.camera)
+    points = kinematics.configurations(fit.body, fit.qpos)[1]
+    nose = fit.body.skeleton.point_names.index("nose")
+    pixels = cameras.project(make.camera, points[:, [nose]]) + 3.0
+    seen = replace(
+        make.unseen(),
+        keypoint_names=("Nose",),
+        keypoints_px=pixels,
+        scores=np.full((len(points), 1), 0.8),
+        camera=make.camera,
+    )
+    return make.clip(plan, fit, seen)
+
+
 @pytest.mark.parametrize("threads", [1, 3])
-def test_the_jacobian_is_that_of_whole_rollouts(make, threads: int) -> None:
-    plan = make.settings(population=20, start=0.02, **ALL)
-    problem = make.clip(plan)
+@pytest.mark.parametrize("kind", ["floor", "camera", "ball"])
+def test_the_jacobian_is_that_of_whole_rollouts(make, threads: int, kind: str) -> None:
+    losses = ALL | ({"rate_hz": 15.0, "reprojection": 1.0} if kind == "camera" else {})
+    plan = make.settings(population=20, start=0.02, **losses)
+    problem = clip(make, plan, kind)
     (window,) = schedule.cut(problem.clock, plan)
     task, simulator = (
         Task(problem, window, sampling.start(problem)),

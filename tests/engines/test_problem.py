@@ -9,14 +9,7 @@ import pytest
 
 from simrecon import camera as cameras
 from simrecon import kinematics, rotations
-from simrecon.types import Camera, Window
-
-CAMERA = Camera(
-    np.array([[800.0, 0.0, 320.0], [0.0, 800.0, 240.0], [0.0, 0.0, 1.0]]),
-    np.array([-0.1, 0.02, 0.001, 0.0, 0.0]),
-    np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0], [1.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 1.0]]),
-    (640, 480),
-)
+from simrecon.types import Window
 
 
 def test_targets_are_the_pose_ahead_of_the_servos_lag(make) -> None:
@@ -69,17 +62,19 @@ def test_the_loss_looks_at_both_ends_of_a_window(make, rate_hz: float, frames: l
 
 
 def test_observations_are_by_point_of_the_body(make) -> None:
-    fit = make.standing(CAMERA)
+    fit = make.standing(make.camera)
     skeleton = fit.body.skeleton
     points = kinematics.configurations(fit.body, fit.qpos)[1]
     names = ("RBigToe", "Nose", "RSmallToe", "spine3", "LHeel")
     toe, nose, heel = (skeleton.point_names.index(name) for name in ("right_toe", "nose", "left_heel"))
-    pixels = cameras.project(CAMERA, points[:, [toe, nose, toe, nose, heel]])
+    pixels = cameras.project(make.camera, points[:, [toe, nose, toe, nose, heel]])
     pixels[4, 1] = np.nan
     scores = np.tile([0.5, 0.9, 0.2, 1.0, 0.05], (len(points), 1))
-    evidence = replace(make.unseen(), keypoint_names=names, keypoints_px=pixels, scores=scores, camera=CAMERA)
+    evidence = replace(
+        make.unseen(), keypoint_names=names, keypoints_px=pixels, scores=scores, camera=make.camera
+    )
     problem = make.clip(make.settings(), fit, evidence)
-    ideal = cameras.to_camera(CAMERA, points)
+    ideal = cameras.to_camera(make.camera, points)
     ideal = ideal[..., :2] / ideal[..., 2:]
     np.testing.assert_allclose(problem.rays[:, toe], ideal[:, toe], atol=1e-7)
     np.testing.assert_allclose(problem.scores[:, toe], 0.7)
