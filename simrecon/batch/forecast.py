@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-STEPPING_SHARE = 0.87
-"""Of a clip's time, in which the simulator's threads work: measured with the plan `quick` on one thread."""
+STEPPING_SHARE = 0.88
+"""Of a clip's time on one thread, that which threads share: by plan `quick` on one and on two of them."""
 
 
 @dataclass(frozen=True)
