@@ -93,9 +93,7 @@ def measured(
                     batch.rollout(ctrl.shape[1], ctrl, ids=np.arange(POPULATION))
                 seconds += time.perf_counter() - began
                 if batch.warning[:, :, 1].any():
-                    raise SystemExit(
-                        f"{clip}, {way}: a rollout diverged, and stepped less"
-                    )
+                    raise SystemExit(f"{clip}, {way}: a rollout diverged, and stepped less")
             spent[way] = min(spent[way], seconds)
     return {way: steps / seconds for way, seconds in spent.items()}
 
