@@ -42,19 +42,20 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, required=True)
     options = parser.parse_args()
+    folder = options.data / "mocap" / "deepmimic"
+    fits = {clip: references.read(folder, clip) for clip in references.CLIPS}
     print(
         "| clip | aloft, s | rise of the centre of mass, mm | time for that rise and fall, s "
         "| vertical acceleration, m/s² | angular momentum, least and most, kg m²/s |"
     )
     print("|---|---|---|---|---|---|")
-    for clip in references.CLIPS:
-        fit = references.read(options.data / "mocap" / "deepmimic", clip)
+    for clip, fit in fits.items():
         for first, last in flights(fit):
             print(row(clip, fit, first, last))
     print("\n| clip | centre of pressure outside of the support, mean and most, mm | friction above 0.9, % |")
     print("|---|---|---|")
-    for clip in references.CLIPS:
-        outside_m, friction = pressure(references.read(options.data / "mocap" / "deepmimic", clip))
+    for clip, fit in fits.items():
+        outside_m, friction = pressure(fit)
         share = 100 * float((friction > FRICTION).mean())
         print(f"| {clip} | {1e3 * outside_m.mean():.0f}, {1e3 * outside_m.max():.0f} | {share:.0f} |")
     print(
@@ -62,8 +63,7 @@ def main() -> None:
         "| least displacement of the centre of mass, mean and most, mm |"
     )
     print("|---|---|---|")
-    for clip in references.CLIPS:
-        fit = references.read(options.data / "mocap" / "deepmimic", clip)
+    for clip, fit in fits.items():
         vertical = accelerations(fit)[:, 2] / GRAVITY_MPS2
         moved_mm = 1e3 * np.linalg.norm(nearest(fit) - fit.com_m, axis=1)
         print(

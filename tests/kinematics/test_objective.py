@@ -197,9 +197,8 @@ def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(objective: Objective) 
         assert (point == rows[1]).all()
         np.testing.assert_array_equal(frame, np.arange(T))
         np.testing.assert_array_equal(pull.weights, see.sitting)
-    assert (
-        len(pulls(touch, see.standing, see.sitting, clearance[:1])) == 2
-    )  # over the ground alone they are not
+    # over the ground alone they are not
+    assert len(pulls(touch, see.standing, see.sitting, clearance[:1])) == 2
 
 
 def test_hips_at_rest_on_a_seat_need_no_balance_over_the_feet(objective: Objective, point: Array) -> None:

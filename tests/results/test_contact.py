@@ -175,15 +175,18 @@ def test_sitting_forces_of_seat_and_feet_are_the_weight(person: Body) -> None:
 
 
 def test_slip_is_the_speed_over_the_floor(person: Body) -> None:
-    """Without friction all of the person slides at a metre per second."""
-    scene = scenes.parse("[ground]\nfriction = 0.0\n")
+    """With next to no friction all of the person slides at a metre per second.
+
+    With none, MuJoCo's solver now and then stops short of its minimum, 0.9 rad/s off in one step.
+    """
+    scene = scenes.parse("[ground]\nfriction = 0.01\n")
     problem = clip(person, scene, standing(person), frames=7)
     push = np.zeros(problem.model.nv)
     push[0] = 1.0
     motion = held(problem, person, scene, push)
     feet = [motion.contact_body.index(f"{side}_foot") for side in ("left", "right")]
     # then the trunk, which stays behind, swings
-    np.testing.assert_allclose(motion.contact_slip_mps[1:3, feet], 1.0, atol=0.1)
+    np.testing.assert_allclose(motion.contact_slip_mps[1:4, feet], 1.0, atol=0.1)
     others = np.delete(motion.contact_slip_mps, feet, axis=1)
     assert np.isnan(others).all()
     still = held(clip(person, Scene(), standing(person), frames=7), person, Scene())
