@@ -11,13 +11,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from simrecon import reconstruct as reconstructions
+from simrecon import pipeline
 from simrecon import scene as scenes
 from simrecon.body import Wanted
-from simrecon.checkpoint import Store
+from simrecon.engines.checkpoint import Store
 from simrecon.errors import InputError, SimreconError
 from simrecon.plan import Plan
-from simrecon.rollout import Threads
+from simrecon.sim.rollout import Threads
 from simrecon.types import Evidence, Ground, Motion, Scene
 
 STIFFNESS_NPM = (3e3, 3e5)
@@ -98,7 +98,7 @@ def calibrate(
         nonlocal lowest
         report("soft floor", float(len(trials)), float(total))
         ground = _ground(scene.ground, stiffness, ratio, mass_kg)
-        made = reconstructions.reconstruct(
+        made = pipeline.reconstruct(
             evidence,
             replace(scene, ground=ground),
             plan,

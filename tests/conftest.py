@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ["tests.support.runs"]
+
 CHECKOUT = Path(__file__).resolve().parents[1]
 
 # The same examples on every run, and no failure because a machine is busy.

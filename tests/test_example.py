@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import camera as cameras
 from simrecon import evidence, resources, scene
 from simrecon.body import names
-from simrecon.results import video
+from simrecon.drawing import video
+from simrecon.geometry import camera as cameras
 
 FOLDER = resources.folder("example")
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from simrecon import schedule
 from simrecon.plan import Plan, Simulation, WindowPlan
 from simrecon.schedule import Clock
-from tests.window_results import solved
+from tests.support.window_results import solved
 
 clocks = st.builds(
     Clock, st.sampled_from([1 / 120, 1 / 60, 1 / 30, 1 / 25, 0.1]), st.integers(1, 6), st.integers(2, 400)

@@ -25,9 +25,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simrecon import cli, evidence, processor, resources
+from simrecon import cli, evidence, resources
 from simrecon.batch import journal
 from simrecon.bench import tables
+from simrecon.system import processor
 
 SAME = ("motion.npz", "model.xml", "scene.toml")
 RATIO_MIN, START_MAX_S, CLIP_MAX_S = 1.15, 4.0, 1.0

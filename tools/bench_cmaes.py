@@ -21,9 +21,9 @@ import mujoco.batch
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import rollout
 from simrecon import scene as scenes
-from simrecon.cmaes import CMAES, Covariance
+from simrecon.optim.cmaes import CMAES, Covariance
+from simrecon.sim.state import forward, initial_state
 from simrecon.types import Array, Scene
 
 STEP_S = 1 / 90
@@ -73,10 +73,10 @@ def stepping(population: int, steps: int, repeats: int = 5) -> float:
     person = bodies.build(bodies.scaled({}, 1.75), height_m=1.75, mass_kg=70.0)
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, Scene(), STEP_S))
     qpos: Array = model.qpos0.copy()
-    data = rollout.forward(model, rollout.initial_state(model, qpos, np.zeros(model.nv)))
+    data = forward(model, initial_state(model, qpos, np.zeros(model.nv)))
     qpos[2] -= data.geom_xpos[1:, 2].min() - 0.03  # feet on the floor
     batch = mujoco.batch.Batch(model, population, 1)
-    start = rollout.initial_state(model, qpos, np.zeros(model.nv))
+    start = initial_state(model, qpos, np.zeros(model.nv))
     ctrl = np.zeros((population, steps, model.nu))
 
     def generation_of_rollouts() -> None:

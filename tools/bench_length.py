@@ -20,7 +20,7 @@ import bench_sampling
 import numpy as np
 
 from simrecon import evidence, plan
-from simrecon.reconstruct import reconstruct
+from simrecon.pipeline import reconstruct
 from simrecon.types import Array, Evidence, Scene
 
 

@@ -36,14 +36,19 @@ import numpy as np
 import references
 
 import simrecon
-from simrecon import evidence, kinematics, plan, rollout, rotations, schedule
+from simrecon import evidence, kinematics, plan, schedule
 from simrecon.bench.suite import overridden
-from simrecon.engines import clip as engine
-from simrecon.engines import draft, sampling
 from simrecon.engines import problem as problems
+from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling import draft
+from simrecon.engines.sampling import search as sampling
 from simrecon.evidence import resample
+from simrecon.geometry import rotations
 from simrecon.plan import Plan
+from simrecon.sim import rollout
+from simrecon.sim.quiet import unlogged
+from simrecon.sim.state import component
 from simrecon.types import Array, Evidence, IntArray, KinematicFit, Scene, WindowResult
 
 COLUMNS = {
@@ -182,7 +187,7 @@ def track(
     if not results:
         raise SystemExit("the first window fell, whatever was tried")
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
-    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
+    qpos = component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
     return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]], batches
 
 
@@ -272,7 +277,7 @@ def bare_speed(problem: Problem, batches: Iterable[Batch], threads: int) -> floa
         batch = mujoco.batch.Batch(problem.model, len(ctrls), threads)
         batch.state[:] = states
         began = time.perf_counter()
-        with rollout.unlogged():
+        with unlogged():
             batch.rollout(length, ctrls)
         seconds += time.perf_counter() - began
         steps += ctrls.shape[0] * length

@@ -16,11 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from simrecon import evidence, reconstruct, rollout
+from simrecon import evidence, pipeline
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.results import overlay, video
+from simrecon.drawing import overlay, video
 from simrecon.scene import files
+from simrecon.sim.address import locate
 from simrecon.types import Evidence, Scene
 
 STIFFNESS_NPM, BED_M = 5e3, 0.0
@@ -44,7 +45,7 @@ def compare_boxes(given: Evidence, plan: plans.Plan, repeats: int, threads: int)
     spent: dict[str, list[dict[str, float]]] = {"empty": [], "30 boxes": []}
     for _ in range(repeats):
         for name, scene in (("empty", Scene()), ("30 boxes", boxes())):
-            spent[name].append(reconstruct.reconstruct(given, scene, plan, threads=threads).seconds)
+            spent[name].append(pipeline.reconstruct(given, scene, plan, threads=threads).seconds)
     print(f"{'':10} {'kinematics':>11} {'simulation':>11} {'whole':>8}   seconds, fastest of {repeats}")
     best = {}
     for name, runs in spent.items():
@@ -69,8 +70,8 @@ def compare_trampolines(given: Evidence, plan: plans.Plan, threads: int, picture
         }
         ground = scenes.parse("[ground]\nheight_m = -1.155\n").ground
         scene = Scene(ground, (files.item(table, "bench"),))
-        made = reconstruct.reconstruct(given, scene, plan, threads=threads)
-        motion, own = made.motion, rollout.person(made.problem.model)
+        made = pipeline.reconstruct(given, scene, plan, threads=threads)
+        motion, own = made.motion, locate(made.problem.model)
         bed = motion.qpos[:, own.nq :]  # (T, tiles)
         lowest = int(bed.min(axis=1).argmin())
         after = motion.qpos[lowest:, 2]

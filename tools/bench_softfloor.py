@@ -15,9 +15,12 @@ import mujoco
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import kinematics, rollout, rotations, softfloor
+from simrecon import kinematics, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
+from simrecon.geometry import rotations
+from simrecon.sim.address import locate
+from simrecon.sim.state import component, initial_state, simulate
 from simrecon.types import Array, Body, Evidence, Ground, Scene
 
 STEP_S, FRAME_S, SECONDS, SOLE_M = 1 / 240, 1 / 30, 1.2, 0.02
@@ -36,11 +39,11 @@ def landing(person: Body, ground: Ground, height_m: float) -> Array:
     points = person.skeleton.point_names
     qpos[2] = SOLE_M - min(marks[points.index(f"left_{end}"), 2] for end in ("heel", "toe")) + height_m
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, Scene(ground), STEP_S))
-    state = rollout.initial_state(model, np.append(qpos, 0.0), np.zeros(model.nv))
+    state = initial_state(model, np.append(qpos, 0.0), np.zeros(model.nv))
     ctrl = np.tile(rotations.log(joints).ravel(), (round(SECONDS / STEP_S), 1))
-    states = rollout.replay(model, state, ctrl)
-    found = rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)
-    return found[:: round(FRAME_S / STEP_S), : rollout.person(model).nq]
+    states = simulate(model, state, ctrl)
+    found = component(model, states, mujoco.mjtState.mjSTATE_QPOS)
+    return found[:: round(FRAME_S / STEP_S), : locate(model).nq]
 
 
 def main() -> None:

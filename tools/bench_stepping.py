@@ -21,10 +21,12 @@ import mujoco.batch
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import plan, rollout, schedule
+from simrecon import plan, schedule
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
-from simrecon.engines import sampling
+from simrecon.engines.sampling import search as sampling
+from simrecon.sim.quiet import unlogged
+from simrecon.sim.state import simulate
 from simrecon.types import Array, Scene
 
 POPULATION, WINDOW_S, OFFSET_RAD, SMOOTH_S = 50, 0.6, 0.07, 0.07
@@ -89,7 +91,7 @@ def measured(
             for state, ctrl in batches:
                 batch.state[:], batch.warning[:] = state, 0
                 began = time.perf_counter()
-                with rollout.unlogged():
+                with unlogged():
                     batch.rollout(ctrl.shape[1], ctrl, ids=np.arange(POPULATION))
                 seconds += time.perf_counter() - began
                 if batch.warning[:, :, 1].any():
@@ -102,7 +104,7 @@ def populations(problem: problems.Problem) -> list[tuple[Array, Array]]:
     """States (nstate,) and controls (P, N, nu)."""
     rng, clock = np.random.default_rng(0), problem.clock
     window = round(WINDOW_S / clock.step_s)
-    states = rollout.replay(problem.model, sampling.start(problem).state, problem.targets_rad[:-1])
+    states = simulate(problem.model, sampling.start(problem).state, problem.targets_rad[:-1])
     found = []
     for first in range(0, clock.steps - window + 1, round(0.5 / clock.step_s)):
         noise = rng.standard_normal((POPULATION, window, problem.model.nu))

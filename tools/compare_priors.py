@@ -24,11 +24,12 @@ from prior_score import report
 from sklearn.mixture import GaussianMixture
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, rotations
+from simrecon import kinematics, prior
 from simrecon import scene as scenes
-from simrecon.results.overlay import contact_sheet
-from simrecon.results.painter import Clip, Painter, View, three_quarter
-from simrecon.results.stage import upright
+from simrecon.drawing.overlay import contact_sheet
+from simrecon.drawing.painter import Clip, Painter, View, three_quarter
+from simrecon.drawing.stage import upright
+from simrecon.geometry import rotations
 from simrecon.types import Scene
 
 COMPONENTS, NOISE_RAD = 32, 0.08

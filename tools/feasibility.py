@@ -24,8 +24,8 @@ from scipy import optimize, sparse
 from scipy.signal import savgol_filter
 from scipy.spatial import ConvexHull
 
-from simrecon import rollout
 from simrecon import scene as scenes
+from simrecon.sim.poses import differentiate
 from simrecon.types import Array, KinematicFit, Scene
 
 CLEAR_M, SHORTEST = 0.05, 4
@@ -194,7 +194,7 @@ def motion_of_mass(fit: KinematicFit) -> tuple[Array, Array]:
     data = mujoco.MjData(model)
     interval_s = float(fit.times_s[1] - fit.times_s[0])
     com, momentum = [], []
-    for qpos, qvel in zip(fit.qpos, rollout.velocities(model, fit.qpos, interval_s), strict=True):
+    for qpos, qvel in zip(fit.qpos, differentiate(model, fit.qpos, interval_s), strict=True):
         data.qpos[:], data.qvel[:] = qpos, qvel
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)

@@ -12,12 +12,12 @@ import mujoco
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import camera as cameras
-from simrecon import rotations
 from simrecon.body import shape
-from simrecon.kinematics.clip import configurations
-from simrecon.results import canvas
-from simrecon.results.painter import Clip, Painter, View
+from simrecon.drawing import canvas
+from simrecon.drawing.painter import Clip, Painter, View
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
+from simrecon.kinematics.fitting import configurations
 from simrecon.types import Array, Body, Camera
 
 TARGET = Path(__file__).resolve().parents[1] / "docs" / "images" / "bodies.jpg"

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 
 from simrecon import results
-from simrecon.results import overlay, video
+from simrecon.drawing import overlay, video
 
 TARGET = Path(__file__).resolve().parents[1] / "docs" / "images" / "demo.jpg"
 # The part of the image that the person walks through, as shares of its height and width.

@@ -15,7 +15,7 @@ import shutil
 from pathlib import Path
 
 from simrecon import evidence
-from simrecon.results import video
+from simrecon.drawing import video
 
 CLIP = "pose2sim_beam_cam01"
 PROVENANCE = """\

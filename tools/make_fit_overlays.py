@@ -17,9 +17,9 @@ import numpy as np
 
 from simrecon import evidence
 from simrecon.bench import suite
-from simrecon.evidence.arrays import load
-from simrecon.results import canvas, overlay, video
-from simrecon.results.painter import Clip, Painter, View
+from simrecon.drawing import canvas, overlay, video
+from simrecon.drawing.painter import Clip, Painter, View
+from simrecon.io.arrays import load
 from simrecon.types import Array, IntArray
 
 SUITE, FRAMES, TILE_PX, QUALITY = "kinematics", 3, 300, 82

@@ -12,7 +12,7 @@ import cv2
 import trimesh
 
 from simrecon import scene as scenes
-from simrecon.results import stage
+from simrecon.drawing import stage
 from simrecon.scene import kinds
 from simrecon.types import Scene
 

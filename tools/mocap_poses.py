@@ -26,9 +26,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simrecon import body as bodies
-from simrecon import kinematics, plan, prior, rotations
+from simrecon import kinematics, plan, prior
 from simrecon.evidence.content import open_content
 from simrecon.evidence.mocap import bvh
+from simrecon.geometry import rotations
 from simrecon.types import Array, Evidence, Scene
 
 RATE_HZ = 30.0

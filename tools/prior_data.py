@@ -15,7 +15,7 @@ import numpy as np
 import references
 
 from simrecon import body as bodies
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.types import Array
 
 TEST_SUBJECT = "03"

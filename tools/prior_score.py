@@ -9,7 +9,7 @@ from prior_data import TEST_SUBJECT, Poses, balanced
 from scipy.stats import rankdata
 
 from simrecon import body as bodies
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.types import Array, IntArray
 
 COUNT, TURN_RAD, WRONG_RAD = 5000, np.radians(30), np.radians(20)

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import kinematics, rotations
+from simrecon import kinematics
+from simrecon.geometry import rotations
 from simrecon.types import Array, KinematicFit, Scene, Skeleton
 
 CLIPS = ("walk", "run", "jump", "kick", "dance_a", "roll", "getup_faceup", "backflip")

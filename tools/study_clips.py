@@ -26,13 +26,15 @@ import numpy as np
 from bench_sampling import JOINTS
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import kinematics, plan, rollout, schedule
-from simrecon.engines import clip as engine
+from simrecon import kinematics, plan, schedule
 from simrecon.engines import problem as problems
-from simrecon.engines import sampling
-from simrecon.engines.descent import Descent
+from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
-from simrecon.engines.task import Task
+from simrecon.engines.sampling import search as sampling
+from simrecon.engines.sampling.descent import Descent
+from simrecon.engines.sampling.task import Task
+from simrecon.sim.poses import differentiate
+from simrecon.sim.state import component
 from simrecon.types import Array, Effort, Evidence, KinematicFit, Window, WindowResult, WindowStatus
 
 BASE = {"optimiser.generations": 15}
@@ -152,7 +154,7 @@ def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[W
 def off(problem: Problem, fit: KinematicFit, results: Any) -> float:
     """Mean distance of the limbs' joints from the clip, m."""
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
-    qpos = rollout.component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
+    qpos = component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
     qpos = qpos[:: problem.clock.stride, : fit.qpos.shape[1]]
     rows = [fit.body.skeleton.point_names.index(name) for name in JOINTS]
     points = kinematics.configurations(fit.body, qpos)[1]
@@ -175,7 +177,7 @@ def feed_forward(problem: Problem) -> Array:
     """Offsets of the targets (N + 1, nu) that give the torques of the clip's inverse dynamics."""
     model, frame_s = problem.model, problem.clock.frame_s
     data = mujoco.MjData(model)
-    velocity = rollout.velocities(model, problem.qpos, frame_s)
+    velocity = differentiate(model, problem.qpos, frame_s)
     acceleration = np.gradient(velocity, frame_s, axis=0)
     torque = np.zeros((len(problem.qpos), model.nu))
     for frame in range(len(problem.qpos)):

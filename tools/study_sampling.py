@@ -23,11 +23,11 @@ import numpy as np
 
 from simrecon import plan, schedule
 from simrecon.engines import problem as problems
-from simrecon.engines import sampling
-from simrecon.engines.descent import Descent
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import Sampler, _Search
-from simrecon.engines.task import Task
+from simrecon.engines.sampling import search as sampling
+from simrecon.engines.sampling.descent import Descent
+from simrecon.engines.sampling.search import Sampler, _Search
+from simrecon.engines.sampling.task import Task
 from simrecon.plan import Plan
 from simrecon.types import Array, Handover, Window
 

@@ -39,8 +39,8 @@ from zuko.distributions import NormalizingFlow as Density
 
 from simrecon import body as bodies
 from simrecon import prior
-from simrecon.blas import one_thread
 from simrecon.prior.flow import SCHEMA, from_arrays
+from simrecon.system.blas import one_thread
 from simrecon.types import Array
 
 TARGET = Path(__file__).resolve().parents[1] / "models" / "prior" / "flow.npz"

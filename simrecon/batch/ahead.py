@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from simrecon import processor
 from simrecon.batch import cluster, forecast, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.forecast import Cost
 from simrecon.batch.journal import Places
 from simrecon.results.folder import MOTION, REPORT
+from simrecon.system import processor
 
 Say = Callable[[str], None]
 

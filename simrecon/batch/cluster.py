@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simrecon import processor
 from simrecon.batch import inputs, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Event, Places, check_alive
 from simrecon.batch.work import Job
-from simrecon.bench.task import code_digest
 from simrecon.errors import InputError, SimreconError
+from simrecon.io.provenance import code_digest
+from simrecon.system import processor
 
 CONNECT_S = 15.0
 SETTINGS = {

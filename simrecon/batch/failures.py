@@ -12,6 +12,7 @@ from simrecon.batch import journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.errors import InputError, SimreconError
+from simrecon.io import provenance
 from simrecon.results import report
 from simrecon.results.folder import MOTION, REPORT
 
@@ -55,7 +56,7 @@ def write(places: Places, clip: Clip, said: dict[str, Any]) -> None:
     error = {"kind": said["kind"], "message": said["message"], "trace": said["trace"] or None}
     content = {
         "schema": report.SCHEMA,
-        "versions": report.versions(),
+        "versions": provenance.versions(),
         "input": {"name": clip.input},
         "plan_name": clip.plan,
         "seed": clip.seed,

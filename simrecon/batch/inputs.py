@@ -15,19 +15,21 @@ import cv2
 import mujoco
 import numpy as np
 
-from simrecon import evidence, reconstruct, results, schedule
+from simrecon import evidence, pipeline, results, schedule
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.batch.clips import Clip
 from simrecon.batch.failures import failure
-from simrecon.bench.task import code_digest
 from simrecon.body import names
+from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.evidence import fov, lens
 from simrecon.evidence.options import place
 from simrecon.evidence.video import weights
+from simrecon.io import provenance
+from simrecon.io.provenance import code_digest
 from simrecon.plan import Plan
-from simrecon.results import folder, overlay, report
+from simrecon.results import folder
 from simrecon.types import Array, Evidence, Scene
 
 Progress = Callable[[float, float], None]
@@ -146,7 +148,7 @@ def key(clip: Clip, scene: Scene, plan: Plan) -> str:
         "plan": plans.to_dict(plan),
         "options": options,
         "networks": _networks(clip),
-        "versions": report.versions(),
+        "versions": provenance.versions(),
         "code": code_digest(),
     }
     return digest(content)
@@ -195,7 +197,7 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
     if scene.ground.stiffness_Npm == scenes.FIT:
         scene = replace(scene, ground=replace(scene.ground, stiffness_Npm=None, damping_Nspm=None))
     with quiet():
-        made = reconstruct.reconstruct(piece, scene, inputs.plan, seed=clip.seed, threads=1)
+        made = pipeline.reconstruct(piece, scene, inputs.plan, seed=clip.seed, threads=1)
         results.write(scratch, made, plan_name=clip.plan, seed=clip.seed, video=shown(clip))
     seconds = [window.seconds for window in made.windows]
     video_s = float(piece.times_s[-1] - piece.times_s[0])

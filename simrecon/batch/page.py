@@ -14,8 +14,8 @@ from simrecon import resources
 from simrecon.batch import status
 from simrecon.batch.journal import Places
 from simrecon.batch.status import Row, State
-from simrecon.progress import duration
 from simrecon.results.folder import REPORT
+from simrecon.system.progress import duration
 
 TEMPLATE = "page.html"
 COLUMNS = (

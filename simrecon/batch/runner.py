@@ -24,9 +24,9 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.journal import Event, Journal, Places, cannot_write
 from simrecon.batch.work import Job
-from simrecon.bench.task import code_digest
 from simrecon.errors import SimreconError
-from simrecon.results import report
+from simrecon.io import provenance
+from simrecon.io.provenance import code_digest
 
 GRACE_S = 60.0
 """After the time to end, running clips have so long to reach their next window."""
@@ -139,7 +139,7 @@ class _Night:
             run=self._run,
             pid=os.getpid(),
             host=platform.node(),
-            versions=report.versions(),
+            versions=provenance.versions(),
             settings=_plain(self._settings),
             clips=len(clips),
         )

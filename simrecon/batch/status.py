@@ -8,7 +8,7 @@ from typing import Any
 
 from simrecon.batch import journal
 from simrecon.batch.journal import Event, Places
-from simrecon.progress import duration
+from simrecon.system.progress import duration
 
 ORDER = ("running", "waiting", "failed", "done")
 

@@ -15,14 +15,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from simrecon import checkpoint, reconstruct, results, softfloor
+from simrecon import pipeline, results, softfloor
 from simrecon import scene as scenes
-from simrecon.batch import failures, inputs, journal, memory
+from simrecon.batch import failures, inputs, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
-from simrecon.bench.task import code_digest
+from simrecon.drawing import overlay, video
+from simrecon.engines import checkpoint
 from simrecon.errors import SimreconError
-from simrecon.results import folder, overlay, video
+from simrecon.io.provenance import code_digest
+from simrecon.results import folder
+from simrecon.system import memory
 from simrecon.types import Motion, Window, WindowResult
 
 FREE_MIN_BYTES = 1 << 20
@@ -97,7 +100,7 @@ def _solve(
     if scene.ground.stiffness_Npm == scenes.FIT:
         found = softfloor.calibrate(given, scene, read.plan, **how)
         scene, start = replace(scene, ground=found.ground), found.motion
-    made = reconstruct.reconstruct(given, scene, read.plan, start=start, **how)
+    made = pipeline.reconstruct(given, scene, read.plan, start=start, **how)
     said = results.write(
         target,
         made,

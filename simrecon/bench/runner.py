@@ -13,12 +13,13 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from simrecon import processor
 from simrecon.bench import statics, tables
 from simrecon.bench.suite import Check, Suite
-from simrecon.bench.task import RESULT, Task, execute, failed, machine, tasks
+from simrecon.bench.task import RESULT, Task, execute, failed, tasks
 from simrecon.errors import InputError
-from simrecon.results import picture, report
+from simrecon.export import picture
+from simrecon.io import provenance
+from simrecon.system import processor
 
 SCHEMA = "simrecon.bench/1"
 
@@ -86,8 +87,8 @@ def run(
         "purpose": suite.purpose,
         "plan": suite.plan,
         "seeds": list(suite.seeds),
-        "versions": report.versions(),
-        "machine": machine(),
+        "versions": provenance.versions(),
+        "machine": provenance.machine(),
         "jobs": jobs,
         "runs": [rows[index] for index in sorted(rows)],
     }

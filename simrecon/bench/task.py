@@ -5,36 +5,30 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import platform
 import subprocess
 import sys
 import time
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from simrecon import evidence as readers
-from simrecon import kinematics, reconstruct, resources, results
+from simrecon import kinematics, pipeline, resources, results
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.bench import places, plates
 from simrecon.bench.suite import Clip, Suite, Variant, overridden
 from simrecon.body import names
 from simrecon.errors import InputError, SimreconError
+from simrecon.evaluation import fitted, scores
+from simrecon.io import provenance
 from simrecon.plan import Plan
-from simrecon.results import fitted, report, scores
 from simrecon.types import Evidence, Scene
 
-NOT_IN_KEY = (
-    *("bench/", "cli/", "metrics/", "studio/", "batch/"),
-    *(f"results/{name}.py" for name in ("scores", "simulated", "things", "picture")),
-)
-"""Parts of the package that no motion depends on."""
 RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
 
 
@@ -120,7 +114,7 @@ def _execute(task: Task) -> dict[str, Any]:
     if not (folder / "motion.npz").is_file() or _recorded(record).get("key") != key:
         record.unlink(missing_ok=True)
         began = time.process_time()
-        made = reconstruct.reconstruct(
+        made = pipeline.reconstruct(
             dropped(seen, task.variant.drop), scene, plan, seed=task.seed, threads=task.threads
         )
         results.write(
@@ -250,41 +244,12 @@ def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
         "plan": plans.to_dict(plan),
         "scene": scenes.dumps(scene),
         "seed": task.seed,
-        "versions": report.versions(),
-        "code": code_digest(),
+        "versions": provenance.versions(),
+        "code": provenance.code_digest(),
     }
     if task.clip.height_m is not None:
         content["height_m"] = task.clip.height_m
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-@cache
-def code_digest() -> str:
-    """Hash of the package's sources and data, less what no motion depends on."""
-    package = Path(reconstruct.__file__).parent
-    found = hashlib.sha256()
-    folders = [package, resources.folder("models")]
-    for folder in folders:
-        for path in sorted(folder.rglob("*")):
-            inside = path.relative_to(folder).as_posix()
-            if path.suffix in (".py", ".toml", ".npz") and not inside.startswith(NOT_IN_KEY):
-                found.update(inside.encode() + path.read_bytes())
-    return found.hexdigest()
-
-
-def machine() -> dict[str, Any]:
-    """What the numbers were made on."""
-    model = platform.processor() or platform.machine()
-    memory = None
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        model = next(
-            (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model
-        )
-        memory = round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30)
-    except (OSError, ValueError):
-        pass
-    return {"processor": model, "cores": os.cpu_count(), "memory_GiB": memory, "system": platform.system()}
 
 
 def _recorded(path: Path) -> dict[str, Any]:

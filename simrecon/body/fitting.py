@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import lbfgs
 from simrecon.body import pieces, sizes, surface
 from simrecon.body.pieces import Piece
 from simrecon.body.primitives import entries
 from simrecon.body.shape import ShapeSpace
 from simrecon.body.skeleton import template
+from simrecon.optim import lbfgs
 from simrecon.types import Array, IntArray
 
 ROUNDS, EVALUATIONS = 4, 60

@@ -8,10 +8,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simrecon import rotations
 from simrecon.body import mass, mjcf, primitives
 from simrecon.body.skeleton import rescaled, template
 from simrecon.errors import InputError
+from simrecon.geometry import rotations
 from simrecon.types import Body, Primitive, Skeleton
 
 

@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simrecon import safeload
 from simrecon.body import shape
 from simrecon.body.frames import segment_frames
 from simrecon.body.shape import HEAD_POINT, ShapeSpace
 from simrecon.body.skeleton import template
 from simrecon.errors import InputError
+from simrecon.io import unpickle as safeload
 from simrecon.types import Array, IntArray
 
 BETAS_MAX = 10

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from simrecon import resources, rotations
+from simrecon import resources
 from simrecon.body import names
+from simrecon.geometry import rotations
 from simrecon.types import Array, Evidence, IntArray, Skeleton
 
 ROOT = "pelvis"

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from simrecon import plan, processor
+from simrecon import plan
 from simrecon.batch import ahead, clips, page, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
@@ -19,7 +19,8 @@ from simrecon.batch.runner import Outcome
 from simrecon.cli import arguments
 from simrecon.cli.run import EXIT_FALLBACK, LARGEST_SEED
 from simrecon.errors import InputError
-from simrecon.progress import Progress, duration
+from simrecon.system import processor
+from simrecon.system.progress import Progress, duration
 
 EXIT_INTERRUPTED = 130
 GIB = 2**30

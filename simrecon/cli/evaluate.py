@@ -10,7 +10,7 @@ from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.errors import InputError
-from simrecon.results import scores
+from simrecon.evaluation import scores
 
 
 def add(commands: Any) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 from simrecon import results
 from simrecon.cli import arguments
 from simrecon.cli.run import EXIT_FALLBACK
-from simrecon.results import export
-from simrecon.results.motion import SIMULATED
+from simrecon.export import bvh as export
+from simrecon.replay import SIMULATED
 
 
 def add(commands: Any) -> None:

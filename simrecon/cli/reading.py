@@ -16,7 +16,7 @@ from simrecon.evidence import formats, fov, hidden
 from simrecon.evidence.lens import read as read_camera
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M, place
 from simrecon.evidence.video import weights
-from simrecon.progress import Progress
+from simrecon.system.progress import Progress
 from simrecon.types import Camera, Evidence
 
 

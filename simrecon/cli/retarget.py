@@ -15,8 +15,8 @@ from simrecon.body import known, mass
 from simrecon.cli import arguments, run
 from simrecon.errors import InputError
 from simrecon.kinematics import retargeting
-from simrecon.progress import Progress
 from simrecon.results import folder, kinematic
+from simrecon.system.progress import Progress
 from simrecon.types import Body
 
 WANTED = ("betas", "body_model", "height_m", "mass_kg", "mass_distribution")

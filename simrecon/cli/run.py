@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from simrecon import evidence, plan, reconstruct, resources, results, scene, softfloor
+from simrecon import evidence, pipeline, plan, resources, results, scene, softfloor
 from simrecon.body import Wanted, mass, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.cli import arguments, reading
+from simrecon.drawing import overlay
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.progress import Progress, duration
-from simrecon.results import overlay
+from simrecon.system.progress import Progress, duration
 from simrecon.types import Array, Evidence, KinematicFit, Motion, Report, Scene
 
 EXIT_FALLBACK = 3
@@ -158,7 +158,7 @@ def _make(
         if things.ground.stiffness_Npm == scene.FIT:
             found = softfloor.calibrate(given, things, settings, **how)
             things, start = replace(things, ground=found.ground), found.motion
-        made = reconstruct.reconstruct(given, things, settings, start=start, fit=fit, **how)
+        made = pipeline.reconstruct(given, things, settings, start=start, fit=fit, **how)
     said = results.write(
         options.output,
         made,

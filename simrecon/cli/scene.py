@@ -11,15 +11,16 @@ from typing import Any
 
 import mujoco
 
-from simrecon import evidence, kinematics, plan, rollout
+from simrecon import evidence, kinematics, plan
 from simrecon import scene as scenes
 from simrecon.body import names
 from simrecon.cli import arguments
+from simrecon.drawing import stage, video
 from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.results import stage, video
 from simrecon.scene import check, files, kinds, meshes, parts, suggest
+from simrecon.sim.address import with_items_at_rest
 from simrecon.types import KinematicFit, Scene
 
 GROUND = "ground"
@@ -157,7 +158,7 @@ def _check(options: argparse.Namespace) -> int:
     fit = _fitted(options, scene)
     frame_s = float(fit.times_s[1] - fit.times_s[0])
     model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, _hard(scene), frame_s))
-    found = check.penetrations(model, scene, rollout.with_things(model, fit.qpos))
+    found = check.penetrations(model, scene, with_items_at_rest(model, fit.qpos))
     deep = [entry for entry in found if entry.depth_m.max() > LEAST_DEPTH_M]
     print(
         f"\nkinematic motion, {len(fit.qpos)} frames: goes more than {1e3 * LEAST_DEPTH_M:.0f} mm into",
@@ -171,7 +172,7 @@ def _check(options: argparse.Namespace) -> int:
         more = f" and {len(spans) - 6} times more" if len(spans) > 6 else ""
         deepest = f"{1e3 * entry.depth_m[worst]:.0f} mm at {fit.times_s[worst]:.2f} s ({entry.parts[worst]})"
         print(f"{entry.name:<16} {deepest}; {when}{more}")
-    check.refuse_start(model, scene, rollout.with_things(model, fit.qpos[:1])[0])
+    check.refuse_start(model, scene, with_items_at_rest(model, fit.qpos[:1])[0])
     return 0
 
 

@@ -20,7 +20,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from simrecon import rollout
+from simrecon.sim.address import locate
+from simrecon.sim.poses import differentiate
 from simrecon.types import Array
 
 CLEAR_M, FRAMES_MIN, SPAN_S = 0.03, 4, 0.4
@@ -38,7 +39,7 @@ def first_velocity(model: mujoco.MjModel, qpos: Array, interval_s: float) -> Arr
         interval_s: between frames.
     """
     frames = flight(model, qpos[: round(SPAN_S / interval_s) + 1])
-    first: Array = rollout.velocities(model, qpos[:3], interval_s)[0]
+    first: Array = differentiate(model, qpos[:3], interval_s)[0]
     if frames < FRAMES_MIN:
         return first
     return with_momenta(model, qpos[:frames], first, interval_s)
@@ -49,7 +50,7 @@ def flight(model: mujoco.MjModel, qpos: Array) -> int:
 
     None among height fields, to which MuJoCo measures no distance.
     """
-    root = rollout.person(model).body
+    root = locate(model).body
     own = model.body_rootid[model.geom_bodyid] == root  # (ngeom,)
     shown = (model.geom_contype | model.geom_conaffinity) > 0
     person, scene = np.flatnonzero(own & shown), np.flatnonzero(~own & shown)
@@ -68,7 +69,7 @@ def flight(model: mujoco.MjModel, qpos: Array) -> int:
 
 def with_momenta(model: mujoco.MjModel, qpos: Array, first: Array, interval_s: float) -> Array:
     """Velocities `first` (nv,), the root's changed so that both momenta are those of the flight (T, nq)."""
-    data, body = mujoco.MjData(model), rollout.person(model).body
+    data, body = mujoco.MjData(model), locate(model).body
     times = interval_s * np.arange(len(qpos))
 
     def momenta(configuration: Array, velocity: Array) -> tuple[Array, Array, Array]:
@@ -82,7 +83,7 @@ def with_momenta(model: mujoco.MjModel, qpos: Array, first: Array, interval_s: f
         com, linear, angular = (field[body].copy() for field in fields)
         return com, linear, angular
 
-    velocities = rollout.velocities(model, qpos, interval_s)
+    velocities = differentiate(model, qpos, interval_s)
     found = [momenta(q, v) for q, v in zip(qpos, velocities, strict=True)]
     path = np.array([com for com, _, _ in found]) - 0.5 * times[:, None] ** 2 * model.opt.gravity  # (T, 3)
     wanted_linear = np.polynomial.polynomial.polyfit(times, path, 1)[1]  # (3,)

@@ -8,14 +8,16 @@ import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import camera as cameras
-from simrecon import kinematics, prior, rollout, rotations, splines
+from simrecon import kinematics, prior
 from simrecon import scene as scenes
 from simrecon.body import names, strength
 from simrecon.engines import momentum
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations, splines
 from simrecon.plan import Plan
 from simrecon.prior import Prior
 from simrecon.schedule import Clock
+from simrecon.sim.address import with_items_at_rest
 from simrecon.types import Array, Evidence, IntArray, KinematicFit, Window
 
 MIN_SCORE = 0.1
@@ -90,7 +92,7 @@ def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: P
         plan: settings.
     """
     model = mujoco.MjModel.from_xml_string(mjcf)
-    qpos = rollout.with_things(model, fit.qpos)
+    qpos = with_items_at_rest(model, fit.qpos)
     _, points = kinematics.configurations(fit.body, fit.qpos)
     rays, scores = _observations(fit, evidence)
     skeleton = fit.body.skeleton

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.evidence import pickles, tensors
-from simrecon.evidence.arrays import Arrays, listed, parse_npz
-from simrecon.evidence.limits import MAX_BYTES, decompressed, size_text
+from simrecon.io.arrays import Arrays, listed, parse_npz
+from simrecon.io.limits import MAX_BYTES, decompressed, size_text
 
 _VIDEO = (b"\x1a\x45\xdf\xa3", b"RIFF", b"\x00\x00\x01\xba", b"\x00\x00\x01\xb3", b"FLV")
 _MOVIE_BOXES = (b"ftyp", b"moov", b"mdat", b"wide")

@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 
 from simrecon.errors import InputError
-from simrecon.evidence.arrays import Arrays
 from simrecon.evidence.content import as_array
 from simrecon.evidence.options import AXES, to_z_up
+from simrecon.io.arrays import Arrays
 from simrecon.types import Array, Camera
 
 OWN_KEYS = ("image_size_px", "matrix_px", "focal_px", "centre_px", "distortion", "world_to_camera")

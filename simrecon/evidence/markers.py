@@ -15,9 +15,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simrecon import rotations
 from simrecon.errors import InputError
 from simrecon.evidence.opensim import Markers
+from simrecon.geometry import rotations
 from simrecon.types import Array, Camera, Evidence
 
 OPENCAP = {

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.evidence.arrays import Arrays, listed, load
+from simrecon.io.arrays import Arrays, listed, load
 from simrecon.types import Array, Camera, Evidence
 
 SCHEMA = "simrecon.evidence/1"

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.evidence import tensors
-from simrecon.evidence.limits import MAX_BYTES, size_text
+from simrecon.io.limits import MAX_BYTES, size_text
 
 VALID = "numbers, text, lists, dictionaries, numpy arrays and torch tensors"
 _KINDS = "biufcSUO"

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon import rotations
 from simrecon.errors import InputError
 from simrecon.evidence import sides
+from simrecon.geometry import rotations
 from simrecon.types import Array, Evidence, IntArray
 
 # All in frame intervals.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.evidence.limits import MAX_BYTES, size_text
+from simrecon.io.limits import MAX_BYTES, size_text
 
 # By the names of torch's storages; bfloat16 has no numpy type and is widened.
 _TYPES = {

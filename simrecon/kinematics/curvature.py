@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import rotations
 from simrecon import scene as scenes
+from simrecon.geometry import rotations
 from simrecon.kinematics import contacts, forward, objective, terms
 from simrecon.kinematics.objective import Objective, Observations
 from simrecon.kinematics.variables import Variables

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.types import Array, IntArray, Skeleton
 
 

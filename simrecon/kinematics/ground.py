@@ -12,9 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simrecon import lbfgs, rotations
 from simrecon.body import surface
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward
+from simrecon.optim import lbfgs
 from simrecon.types import Array, Primitive, Skeleton
 
 NEAREST, CLIP_M = 20, 0.2

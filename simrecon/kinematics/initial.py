@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import camera as cameras
-from simrecon import rotations
 from simrecon.body.skeleton import t_pose_m
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.types import Array, Camera, Skeleton
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import rotations
 from simrecon import scene as scenes
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward, terms
 from simrecon.kinematics.contacts import SIGMA_TOUCH_M, ContactPoints, Places, lowest, pulls
 from simrecon.kinematics.variables import Variables, leans

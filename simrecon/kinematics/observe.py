@@ -8,10 +8,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import body as bodies
-from simrecon import camera as cameras
 from simrecon import prior
 from simrecon.body import names
 from simrecon.errors import InputError
+from simrecon.geometry import camera as cameras
 from simrecon.kinematics import world
 from simrecon.kinematics.objective import Observations
 from simrecon.plan import Kinematics

@@ -16,16 +16,18 @@ from functools import partial
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import blas, prior, rotations
+from simrecon import prior
 from simrecon import scene as scenes
 from simrecon.body import known
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward, initial, search, terms
-from simrecon.kinematics.clip import configurations
 from simrecon.kinematics.contacts import ContactPoints, contact_points
 from simrecon.kinematics.curvature import curvature
+from simrecon.kinematics.fitting import configurations
 from simrecon.kinematics.objective import Objective, Observations
 from simrecon.kinematics.variables import Variables, to_qpos
 from simrecon.plan import Kinematics
+from simrecon.system import blas
 from simrecon.types import Array, Body, KinematicFit, Scene, Skeleton
 
 # A point touches what is nearer than this, or no deeper than that; it is held if it is slower than this.

@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from simrecon import lbfgs
 from simrecon.kinematics.conditioning import Conditioning, condition
 from simrecon.kinematics.curvature import Curvature
 from simrecon.kinematics.variables import Variables
+from simrecon.optim import lbfgs
 from simrecon.types import Array
 
 # The curvature is taken anew after so many evaluations.

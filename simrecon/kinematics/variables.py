@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.types import Array, IntArray
 
 LEAN_PERIOD_S = 1.0

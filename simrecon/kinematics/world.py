@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from simrecon import camera as cameras
-from simrecon import rotations
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
 from simrecon.types import Array, Camera, Evidence
 
 LEVEL = np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.evidence.arrays import Arrays, load
+from simrecon.io.arrays import Arrays, load
 from simrecon.types import Array
 
 TRUTH_SCHEMA = "simrecon.truth/1"

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import resources, rotations
+from simrecon import resources
+from simrecon.geometry import rotations
 from simrecon.types import Array, Skeleton
 
 

@@ -1,8 +1,7 @@
-"""The result folder: the final replay, what is written, and what is read back."""
+"""The result folder: what is written into it, and what is read back."""
 
 from __future__ import annotations
 
 from simrecon.results.folder import check_writable, read, write
-from simrecon.results.motion import FALLBACK, SIMULATED, Audit, record
 
-__all__ = ["FALLBACK", "SIMULATED", "Audit", "check_writable", "read", "record", "write"]
+__all__ = ["check_writable", "read", "write"]

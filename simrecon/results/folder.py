@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simrecon import scene as scenes
+from simrecon.drawing import overlay
 from simrecon.errors import InputError
-from simrecon.evidence.arrays import Arrays, load
-from simrecon.results import overlay, report
-from simrecon.results.motion import FALLBACK, NO_STEP, SIMULATED
+from simrecon.io.arrays import Arrays, load
+from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
+from simrecon.results import report
 from simrecon.results.report import SCHEMA
 from simrecon.types import Array, IntArray, Motion, Report
 
 if TYPE_CHECKING:
-    from simrecon.reconstruct import Reconstruction
+    from simrecon.pipeline import Reconstruction
     from simrecon.softfloor import Calibration
 
 MOTION, MODEL, SCENE, REPORT = "motion.npz", "model.xml", "scene.toml", "report.json"

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from simrecon import kinematics, rotations
+from simrecon import kinematics
 from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.errors import InputError
 from simrecon.evidence import resample
+from simrecon.geometry import rotations
 from simrecon.results import folder as folders
 from simrecon.types import Array, Body, Evidence, IntArray, KinematicFit
 

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.metadata
 import math
-import platform
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
-import simrecon
 from simrecon import body as bodies
-from simrecon import camera as cameras
 from simrecon import metrics
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.body import names
 from simrecon.evidence import sides
+from simrecon.geometry import camera as cameras
+from simrecon.io import provenance
 from simrecon.metrics.joints import H36M_HZ, resampled
-from simrecon.results.motion import FALLBACK, SIMULATED
+from simrecon.replay import FALLBACK, SIMULATED
 from simrecon.types import Array, KinematicFit, Report, WindowResult
 
 if TYPE_CHECKING:
-    from simrecon.reconstruct import Reconstruction
+    from simrecon.pipeline import Reconstruction
     from simrecon.softfloor import Calibration
 
 SCHEMA = "simrecon.result/1"
@@ -58,7 +56,7 @@ def make(
     step_s = run.problem.clock.step_s
     sections = {
         "schema": SCHEMA,
-        "versions": versions(),
+        "versions": provenance.versions(),
         "input": _input(run, input_name),
         "plan_name": plan_name,
         "plan": plans.to_dict(run.problem.plan),
@@ -95,17 +93,6 @@ def soft_floor(found: Calibration) -> dict[str, Any]:
         "trials": [dataclasses.asdict(trial) for trial in found.trials],
     }
     return dict(_plain(said))
-
-
-def versions() -> dict[str, str | None]:
-    """Versions of simrecon, Python and the libraries that decide the numbers."""
-    found: dict[str, str | None] = {"simrecon": simrecon.__version__, "python": platform.python_version()}
-    for library in ("mujoco", "numpy", "scipy", "nlopt"):
-        try:
-            found[library] = importlib.metadata.version(library)
-        except importlib.metadata.PackageNotFoundError:
-            found[library] = None
-    return found
 
 
 def plausibility(run: Reconstruction) -> dict[str, float | None]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.scene import files, geometry
 from simrecon.types import Array, Body, Scene, SceneItem
 

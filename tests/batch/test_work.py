@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simrecon import checkpoint, evidence, reconstruct, resources, results
+from simrecon import evidence, pipeline, resources, results
 from simrecon import plan as plans
 from simrecon.batch import failures, journal, work
 from simrecon.batch import inputs as given
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.batch.work import Job
-from simrecon.bench.task import code_digest
+from simrecon.engines import checkpoint
 from simrecon.errors import InputError
+from simrecon.io.provenance import code_digest
 from simrecon.types import Scene
 
 
@@ -35,7 +36,7 @@ def job(inputs: Path, plan: str, tmp_path: Path) -> Job:
 def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The bytes of `motion.npz` of the same clip without any batch."""
     folder = tmp_path_factory.mktemp("undisturbed") / "one"
-    made = reconstruct.reconstruct(
+    made = pipeline.reconstruct(
         evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), seed=0, threads=1
     )
     results.write(folder, made, plan_name=plan, seed=0)
@@ -172,14 +173,14 @@ def test_a_checkpoint_of_another_problem_is_not_used(job: Job, tmp_path: Path) -
     store = checkpoint.Folder(tmp_path / "kept")
     read = evidence.read(job.clip.input)
     settings = plans.read(job.clip.plan)
-    made = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
     assert store.restore("0" * 64, [window.window for window in made.windows]) == []
 
 
 def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(job: Job, tmp_path: Path) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    first, second = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store).windows[:2]
+    first, second = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store).windows[:2]
     (digest,) = {path.name for path in (tmp_path / "kept").iterdir()}
     windows = [first.window, second.window]
     whole = store.digest
@@ -192,8 +193,8 @@ def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(job: J
 def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    made = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
-    again = reconstruct.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    again = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
     for before, after in zip(made.windows, again.windows, strict=True):
         for item in dataclasses.fields(before):
             a, b = getattr(before, item.name), getattr(after, item.name)

@@ -11,8 +11,8 @@ from simrecon import cli, evidence
 from simrecon import plan as plans
 from simrecon.bench import runner, suite, tables, task
 from simrecon.errors import InputError
+from simrecon.evaluation import fitted
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
-from simrecon.results import fitted
 from simrecon.types import Camera, Evidence
 
 SUITE = """

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import prior, rotations
+from simrecon import prior
 from simrecon.body import primitives
 from simrecon.body.skeleton import joints
+from simrecon.geometry import rotations
 from simrecon.types import Array, Body, Evidence, Skeleton
 
 MIRROR = np.array([1.0, -1.0, 1.0])

@@ -17,9 +17,7 @@ from simrecon import body as bodies
 from simrecon.body import model_file, shape, shaped
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
-
-sys.path.insert(0, str(Path(__file__).parent))
-import smpl_layout
+from tests.support import smpl_layout
 
 BETAS = np.array([0.5, 1.0, -0.5, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 

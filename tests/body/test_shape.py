@@ -10,10 +10,11 @@ import pytest
 import trimesh
 
 from simrecon import body as bodies
-from simrecon import prior, resources, rotations
+from simrecon import prior, resources
 from simrecon.body import shape, shaped, sizes
 from simrecon.body.skeleton import t_pose_m, template
 from simrecon.errors import InputError
+from simrecon.geometry import rotations
 from simrecon.types import Array, Evidence
 
 MIRROR = np.array([1.0, -1.0, 1.0])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon import rotations
 from simrecon.body import shape, skin
 from simrecon.body.skeleton import template
+from simrecon.geometry import rotations
 
 BETAS = np.array([0.5, -1.0, 0.8, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0])
 

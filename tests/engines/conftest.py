@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, rotations, schedule
+from simrecon import kinematics, prior, schedule
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
+from simrecon.geometry import rotations
 from simrecon.plan import LossWeights, Optimiser, Plan, Recovery, Simulation, WindowPlan
 from simrecon.types import Camera, Evidence, KinematicFit, Scene
 

@@ -8,8 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from simrecon import rollout, rotations
 from simrecon.engines import momentum
+from simrecon.geometry import rotations
+from simrecon.sim.poses import differentiate
+from simrecon.sim.state import component, initial_state, simulate
 from simrecon.types import Array
 
 FRAME_S = 1 / 30
@@ -24,10 +26,8 @@ def flown(make: Any) -> tuple[mujoco.MjModel, Array, Array]:
     qpos, qvel = problem.qpos[0].copy(), np.zeros(model.nv)
     qpos[2] += 3.0
     qvel[:6] = 1.0, -0.5, 2.0, 0.5, 6.0, -0.3
-    states = rollout.replay(
-        model, rollout.initial_state(model, qpos, qvel), np.tile(problem.targets_rad[0], (240, 1))
-    )
-    found = rollout.component(model, states, mujoco.mjtState.mjSTATE_QPOS)[::20]
+    states = simulate(model, initial_state(model, qpos, qvel), np.tile(problem.targets_rad[0], (240, 1)))
+    found = component(model, states, mujoco.mjtState.mjSTATE_QPOS)[::20]
     return model, found, qvel
 
 
@@ -50,7 +50,7 @@ def test_a_flight_is_told_from_a_stance(make: Any, flown: tuple[mujoco.MjModel, 
     assert momentum.flight(stance.model, stance.qpos) == 0
     np.testing.assert_array_equal(
         momentum.first_velocity(stance.model, stance.qpos, FRAME_S),
-        rollout.velocities(stance.model, stance.qpos[:3], FRAME_S)[0],
+        differentiate(stance.model, stance.qpos[:3], FRAME_S)[0],
     )
 
 
@@ -68,7 +68,7 @@ def test_noise_does_less_harm_than_to_differences(
     errors = []
     for _ in range(20):
         seen = noisy(qpos, rng)
-        differences = rollout.velocities(model, seen[:3], FRAME_S)[0]
+        differences = differentiate(model, seen[:3], FRAME_S)[0]
         found = momentum.first_velocity(model, seen, FRAME_S)
         errors.append(np.abs(np.stack((differences, found))[:, :6] - truth[:6]))
     by_differences, by_flight = np.mean(errors, axis=0)  # (6,) each

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simrecon import camera as cameras
-from simrecon import kinematics, rotations
+from simrecon import kinematics
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
 from simrecon.types import Window
 
 

@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import foreign_files as foreign
 import numpy as np
 import pytest
 
@@ -14,6 +13,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import Options, formats
 from simrecon.evidence.keypoints import layouts
 from simrecon.types import Camera, Evidence
+from tests.support import foreign_files as foreign
 
 T, FPS = foreign.T, foreign.FPS
 K = np.array([[900.0, 0, 640], [0, 900, 360], [0, 0, 1]])

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import foreign_files as foreign
 import numpy as np
 import pytest
 
@@ -16,6 +15,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.keypoints import layouts, people3d
 from simrecon.types import Camera
+from tests.support import foreign_files as foreign
 
 T, FPS = foreign.T, foreign.FPS
 LENS = Camera(np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]]), np.zeros(5), None, (640, 480))

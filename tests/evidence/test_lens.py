@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import camera as cameras
 from simrecon.errors import InputError
 from simrecon.evidence import lens
+from simrecon.geometry import camera as cameras
 
 K = np.array([[900.0, 0, 500], [0, 910, 400], [0, 0, 1]])
 DISTORTION = [0.1, -0.05, 0.001, -0.002, 0.01]

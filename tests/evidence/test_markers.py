@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simrecon import rotations
 from simrecon.errors import InputError
 from simrecon.evidence import markers, opensim
+from simrecon.geometry import rotations
 from simrecon.types import Array
 
 

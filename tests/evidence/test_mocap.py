@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import foreign_files as foreign
 import numpy as np
 import pytest
 
@@ -13,6 +12,7 @@ from simrecon.body import names as body_names
 from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.mocap import markers, names
+from tests.support import foreign_files as foreign
 
 T = foreign.T
 POINTS = {

@@ -15,7 +15,6 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import foreign_files as foreign
 import numpy as np
 import pytest
 
@@ -23,7 +22,8 @@ from simrecon import evidence
 from simrecon.errors import InputError
 from simrecon.evidence import pickles
 from simrecon.evidence.content import open_content
-from simrecon.evidence.limits import MAX_BYTES
+from simrecon.io.limits import MAX_BYTES
+from tests.support import foreign_files as foreign
 
 
 class Call:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simrecon import rotations
 from simrecon.errors import InputError
 from simrecon.evidence import resample, visibility
 from simrecon.evidence.resample import frame_interval_s
+from simrecon.geometry import rotations
 from simrecon.types import Array, Camera, Evidence
 
 

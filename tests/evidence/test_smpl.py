@@ -5,15 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import foreign_files as foreign
 import numpy as np
 import pytest
 
-from simrecon import evidence, resources, rotations
+from simrecon import evidence, resources
 from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.smpl import motion as smpl
+from simrecon.geometry import rotations
 from simrecon.types import Evidence
+from tests.support import foreign_files as foreign
 
 FPS = foreign.FPS
 AT_30 = Options(fps=FPS)

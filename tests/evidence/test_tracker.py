@@ -4,11 +4,11 @@ import itertools
 
 import numpy as np
 import pytest
-import video_files as files
-from video_files import BLUE, GREEN, RED
 
 from simrecon.evidence.video import tracker
 from simrecon.evidence.video.tracker import Choice, Tracker
+from tests.support import video_files as files
+from tests.support.video_files import BLUE, GREEN, RED
 
 RATE = 30
 

@@ -9,8 +9,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import video_files as files
-from video_files import GREEN, RED
 
 from simrecon import cli, evidence
 from simrecon.cli import run
@@ -21,6 +19,8 @@ from simrecon.evidence.video import detection, frames, metadata, networks, weigh
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.tracker import Choice
 from simrecon.types import Camera
+from tests.support import video_files as files
+from tests.support.video_files import GREEN, RED
 
 
 def lens(size=(160, 120)) -> Camera:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import camera as cameras
-from simrecon import prior, rotations
+from simrecon import prior
 from simrecon.body import primitives
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.kinematics.contacts import contact_points
 from simrecon.plan import Kinematics

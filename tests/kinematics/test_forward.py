@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.kinematics.variables import to_qpos
 from simrecon.types import Array, Body, Skeleton

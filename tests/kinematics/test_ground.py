@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simrecon import rotations
 from simrecon.body import primitives
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward, ground
 from simrecon.types import Array
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, rotations
+from simrecon import kinematics, prior
 from simrecon import plan as plans
 from simrecon.body import known
+from simrecon.geometry import rotations
 from simrecon.kinematics import forward, retargeting
 from simrecon.kinematics.contacts import contact_points
 from simrecon.plan import Kinematics

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simrecon import rotations
+from simrecon.geometry import rotations
 from simrecon.metrics import pose, smoothness
 from simrecon.types import Array
 

@@ -19,11 +19,11 @@ import pytest
 
 from simrecon import body as bodies
 from simrecon import plan as plans
-from simrecon import results
+from simrecon import replay, results
 from simrecon import scene as scenes
+from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.results import folder as folders
-from simrecon.results import overlay
 from simrecon.types import Scene
 
 SETTINGS: dict[str, Any] = {"plan_name": "tiny", "seed": 3, "threads": 1, "input_name": "squat.npz"}
@@ -90,7 +90,7 @@ def test_same_run_same_motion_file(written: Path, run: Any, tmp_path: Path) -> N
 
 
 def test_nothing_simulated_is_written_and_read_too(run: Any, tmp_path: Path) -> None:
-    motion, audit = results.record(run.problem, run.fit, (), run.motion.times_s, np.delete(np.arange(10), 4))
+    motion, audit = replay.record(run.problem, run.fit, (), run.motion.times_s, np.delete(np.arange(10), 4))
     nothing = replace(run, windows=(), motion=motion, audit=audit)
     said = results.write(tmp_path / "out", nothing, **SETTINGS)
     assert results.read(tmp_path / "out").ctrl.shape == (0, run.problem.model.nu)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import rotations
 from simrecon import scene as scenes
+from simrecon.geometry import rotations
 from simrecon.scene.suggest import Suggestion, suggest
 from simrecon.types import Array, Body, Scene
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.evidence.content import Content
-from simrecon.evidence.limits import size_text
 from simrecon.evidence.mocap import markers
 from simrecon.evidence.options import Options
+from simrecon.io.limits import size_text
 from simrecon.types import Evidence
 
 _BLOCK = 512

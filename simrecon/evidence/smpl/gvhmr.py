@@ -9,11 +9,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simrecon import rotations as turns
 from simrecon.evidence.content import Content, branch
 from simrecon.evidence.options import Options, times_s
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
+from simrecon.geometry import rotations as turns
 from simrecon.types import Array, Camera, Evidence
 
 GROUPS = {"gvhmr": "smpl_params", "gem": "body_params"}

@@ -7,10 +7,11 @@ from functools import cache
 
 import numpy as np
 
-from simrecon import resources, rotations
-from simrecon.evidence.arrays import Arrays
+from simrecon import resources
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, find_up, to_z_up
+from simrecon.geometry import rotations
+from simrecon.io.arrays import Arrays
 from simrecon.types import Array, Camera, Evidence
 
 # Joints that a body has without its hands, by model; SMPL counts a hand joint on each side.

@@ -10,11 +10,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simrecon.evidence.arrays import Arrays
 from simrecon.evidence.content import Content, branch, open_content
 from simrecon.evidence.options import Options, times_s
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
+from simrecon.io.arrays import Arrays
 from simrecon.types import Camera, Evidence
 
 STILL_M, STILL_RAD = 0.05, np.radians(2.0)

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.evidence.arrays import Arrays, parse_npz
 from simrecon.evidence.video import frames, swaps, tracker, weights
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.networks import Networks
 from simrecon.evidence.video.tracker import Choice, Tracker
+from simrecon.io.arrays import Arrays, parse_npz
 from simrecon.types import Array
 
 SCHEMA = "simrecon.detection/1"

@@ -1,0 +1,1 @@
+"""Sampling-based trajectory optimisation with the simulator in the loop (Gärtner et al. 2022)."""

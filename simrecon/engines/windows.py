@@ -1,0 +1,111 @@
+"""All windows of a clip in a row, and once more from further back after a fall.
+
+A window has fallen if its committed part leaves the plan's corridor around the kinematic fit, or if no
+rollout stayed finite. The first retry goes back one window, the next one two, and so on, each with twice the
+effort of the one before and other random numbers, up to the window that fell. If the plan's retries do not
+help either, the clip ends there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from simrecon.engines.problem import Problem
+from simrecon.sim.state import component
+from simrecon.system import blas
+from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
+
+
+class Engine(Protocol):
+    """What solves one window."""
+
+    problem: Problem
+
+    def solve(
+        self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort
+    ) -> WindowResult:
+        """Optimise a window from where the last one ended."""
+
+
+@blas.one_thread()
+def solve(
+    engine: Engine,
+    windows: Sequence[Window],
+    start: Handover,
+    seed: int,
+    *,
+    solved: Sequence[WindowResult] = (),
+    begin: Callable[[Window], None],
+    keep: Callable[[WindowResult], None],
+) -> tuple[WindowResult, ...]:
+    """Solve the windows of a clip in order.
+
+    A window depends on the seed, on what was handed over, and on its effort alone; so a run that goes on from
+    `solved` ends with the bits of one that was never interrupted.
+
+    Args:
+        engine: solves one window.
+        windows: of the clip.
+        start: where the first window begins.
+        seed: of all random numbers.
+        solved: the first windows, if they are known already.
+        begin: told of each window before it is solved.
+        keep: told of each that was solved and did not fall.
+
+    Returns:
+        The windows up to the end, or up to the first one that fell in spite of all retries.
+    """
+    found, end = list(solved), len(windows)
+    effort = found[-1].effort if found else Effort()
+    while len(found) < end:
+        window = windows[len(found)]
+        if effort.until < window.index:
+            effort = Effort(0, window.index)
+        begin(window)
+        handover = found[-1].handover if found else start
+        rng = np.random.default_rng([seed, window.index, effort.retry])
+        result = engine.solve(window, handover, rng, effort)
+        if not fell(engine.problem, result):
+            found.append(result)
+            keep(result)
+        elif effort.retry < engine.problem.plan.recovery.retries:
+            effort = Effort(effort.retry + 1, effort.until)
+            del found[_back(effort, window) :]
+        elif window.index == effort.until:
+            break
+        else:  # what the retries lost is solved again as it was at first, and the clip ends where it fell
+            end = effort.until
+            del found[_back(effort, window) :]
+            effort = Effort()
+    return tuple(found)
+
+
+def _back(effort: Effort, window: Window) -> int:
+    """Index of the window from which a retry begins."""
+    return max(0, min(window.index, effort.until - effort.retry))
+
+
+def fell(problem: Problem, result: WindowResult) -> bool:
+    """Whether a window failed, or left the corridor: `corridor_m` of the plan, 0 = none.
+
+    What is compared is the mean distance of the body's points from the kinematic fit, at each frame.
+    """
+    corridor_m = problem.plan.recovery.corridor_m
+    if result.status is WindowStatus.FAILED:
+        return True
+    if not corridor_m:
+        return False
+    stride, first = problem.clock.stride, result.window.start_step // problem.clock.stride
+    qpos = component(problem.model, result.states[::stride], mujoco.mjtState.mjSTATE_QPOS)
+    data = mujoco.MjData(problem.model)
+    for frame, configuration in enumerate(qpos, start=first):
+        data.qpos[:] = configuration
+        mujoco.mj_kinematics(problem.model, data)
+        off = data.site_xpos[problem.point_rows] - problem.points_m[frame]  # (M, 3)
+        if float(np.linalg.norm(off, axis=-1).mean()) > corridor_m:
+            return True
+    return False

@@ -1,0 +1,1 @@
+"""Scores and tables of results, made of the functions of `metrics`."""

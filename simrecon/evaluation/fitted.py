@@ -1,0 +1,101 @@
+"""A kinematic fit in a file of its own (`simrecon.fit/1`), and its scores; no simulation is needed."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from simrecon import scene as scenes
+from simrecon.errors import InputError
+from simrecon.evaluation.simulated import foot_rest
+from simrecon.io.arrays import load
+from simrecon.metrics import bodies, statistics
+from simrecon.metrics.bodies import Configurations
+from simrecon.types import Array, KinematicFit, Scene
+
+SCHEMA = "simrecon.fit/1"
+TIMESTEP_S = 0.01
+"""Of the model, with which nothing is simulated."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A fit that was read; T frames.
+
+    Attributes:
+        times_s: (T,); names: K points of the body; scene: as it was given.
+        shape: of its configurations; rest_m: height of heels and toes over the sole (`joints.Track`).
+        mpjpe_2d_px: mean distance of the points from the detections in the image, NaN without any.
+        seconds_per_second: processor time over the length of the clip.
+    """
+
+    times_s: Array
+    names: tuple[str, ...]
+    scene: Scene
+    shape: Configurations
+    rest_m: dict[str, float]
+    mpjpe_2d_px: float
+    seconds_per_second: float
+
+
+def write(path: Path, fit: KinematicFit, seconds: float) -> None:
+    """Write a fit; the file is replaced at once.
+
+    Args:
+        path: the `.npz`, in an existing folder.
+        fit: what to write.
+        seconds: of processor time that it took.
+    """
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial.npz")
+    np.savez_compressed(
+        partial,
+        allow_pickle=False,
+        schema=SCHEMA,
+        times_s=fit.times_s,
+        qpos=fit.qpos,
+        point_names=fit.body.skeleton.point_names,
+        parts=[part.name for part in fit.body.primitives],
+        mjcf=scenes.build(fit.body.mjcf, fit.scene, TIMESTEP_S),
+        scene=scenes.dumps(fit.scene),
+        reprojection_px=fit.reprojection_px,
+        seconds=seconds,
+    )
+    os.replace(partial, path)
+
+
+def read(path: Path) -> Fitted:
+    """Read a fit and work out its geometry.
+
+    Raises:
+        InputError: one line with file, key, what was found and what is valid.
+    """
+    arrays = load(path)
+    arrays.text("schema", (SCHEMA,))
+    times, qpos = arrays.finite("times_s", ("T",)), arrays.finite("qpos", ("T", "nq"))
+    names, parts = arrays.names("point_names", "K"), arrays.names("parts", "C")
+    scene = scenes.parse(str(arrays.array("scene")), path)
+    try:
+        model = mujoco.MjModel.from_xml_string(str(arrays.array("mjcf")))
+    except ValueError as error:
+        raise InputError(f"{path}: mjcf: can't be loaded ({error}); valid: a body and its scene") from error
+    shape = bodies.configurations(model, scene, _with_items(model, qpos), parts, names)
+    pixels = arrays.array("reprojection_px").astype(np.float64)
+    span = float(times[-1] - times[0])
+    return Fitted(
+        times_s=times,
+        names=names,
+        scene=scene,
+        shape=shape,
+        rest_m=foot_rest(model),
+        mpjpe_2d_px=float(statistics.of_frames(pixels).value),
+        seconds_per_second=float(arrays.finite("seconds", ())) / span,
+    )
+
+
+def _with_items(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Configurations with the things that move where they stand at first."""
+    return np.concatenate((qpos, np.tile(model.qpos0[qpos.shape[1] :], (len(qpos), 1))), axis=1)

@@ -1,0 +1,1 @@
+"""Rotations, splines and cameras: geometry without a simulator."""

@@ -1,0 +1,77 @@
+"""Files that appear whole or not at all: written aside, then renamed into place."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from simrecon.errors import InputError
+
+
+def cannot_write(target: Path | str, error: OSError) -> InputError:
+    """The error of a file or folder that can't be written, in one line."""
+    return InputError(f"{target}: can't be written ({error.strerror or error}); valid: a writable place")
+
+
+@contextlib.contextmanager
+def beside(target: Path) -> Iterator[Path]:
+    """A path beside the target to write to, renamed to it when the block ends and removed if it fails.
+
+    The name ends as the target's does, for libraries that go by the suffix.
+    """
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial{target.suffix}")
+    try:
+        yield partial
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def write_bytes(target: Path | str, content: bytes, *, durable: bool = False) -> None:
+    """Write a file; the one that was there is replaced at once.
+
+    Args:
+        target: in a folder that exists.
+        content: of the file.
+        durable: flush it to the disk, and the folder after the rename, so that it survives a power cut.
+
+    Raises:
+        OSError: it can't be written; what was there before is still there.
+    """
+    path = Path(target)
+    with beside(path) as partial, partial.open("wb") as stream:
+        stream.write(content)
+        if durable:
+            stream.flush()
+            os.fsync(stream.fileno())
+    if durable:
+        _flush_folder(path.parent)
+
+
+def write_text(target: Path | str, content: str) -> None:
+    """Write a file as UTF-8; see `write_bytes`."""
+    write_bytes(target, content.encode("utf-8"))
+
+
+def write_json(target: Path | str, content: Any) -> None:
+    """Write plain data as JSON with an indent of one; see `write_bytes`.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def _flush_folder(folder: Path) -> None:
+    """A rename survives a power cut only once the folder itself is on the disk; Windows has no such call."""
+    if os.name == "nt":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

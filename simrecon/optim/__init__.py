@@ -1,0 +1,1 @@
+"""Optimisers of any function; none of them knows a simulator."""

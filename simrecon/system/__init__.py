@@ -1,0 +1,1 @@
+"""What the machine offers: cores, threads of linear algebra, memory, a terminal."""

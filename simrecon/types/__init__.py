@@ -1,0 +1,40 @@
+"""The frozen data types that pass between the stages, one module each; `pipeline` is their path.
+
+Array axes: T frames, J 2D landmarks, K 3D joints, N simulation steps, P population, W windows, B joints of
+the body, C parts in contact. World: right-handed, z up. Camera: OpenCV (x right, y down, z forward).
+Quaternions wxyz.
+"""
+
+from __future__ import annotations
+
+from simrecon.types.arrays import Array, IntArray
+from simrecon.types.body import Body, Primitive, Skeleton
+from simrecon.types.camera import Camera
+from simrecon.types.evidence import Evidence
+from simrecon.types.motion import Motion, Report
+from simrecon.types.reference import KinematicFit
+from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
+from simrecon.types.window import Effort, Handover, Window, WindowResult, WindowStatus
+
+__all__ = [
+    "Array",
+    "Body",
+    "Camera",
+    "Effort",
+    "Evidence",
+    "Friction",
+    "Ground",
+    "Handover",
+    "IntArray",
+    "KinematicFit",
+    "Motion",
+    "Primitive",
+    "Report",
+    "Scene",
+    "SceneItem",
+    "Skeleton",
+    "Value",
+    "Window",
+    "WindowResult",
+    "WindowStatus",
+]

@@ -1,0 +1,44 @@
+"""What one camera saw of a person."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simrecon.types.arrays import Array
+from simrecon.types.camera import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What one camera saw of a person (`simrecon.evidence/1`).
+
+    Attributes:
+        times_s: (T,) increasing.
+        keypoint_names: J names, empty without 2D landmarks.
+        keypoints_px: (T, J, 2), NaN = not seen.
+        scores: (T, J) in [0, 1].
+        joint_names: K names, empty without a 3D estimate.
+        joints_m: (T, K, 3), NaN = unknown.
+        joints_frame: `world`, `camera` or `camera_root_relative`.
+        rotation_names, rotations: B names and (T, B, 4) local joint rotations, or None.
+        betas, mass_kg, height_m: what is known of the person, or None.
+        camera: None where no intrinsics are given.
+        sha256: of the file it was read from, `""` if made in memory.
+        reading: how a foreign file was understood: format, frame, up axis, unit, person.
+    """
+
+    times_s: Array
+    keypoint_names: tuple[str, ...]
+    keypoints_px: Array
+    scores: Array
+    joint_names: tuple[str, ...]
+    joints_m: Array
+    joints_frame: str
+    rotation_names: tuple[str, ...] = ()
+    rotations: Array | None = None
+    betas: Array | None = None
+    mass_kg: float | None = None
+    height_m: float | None = None
+    camera: Camera | None = None
+    sha256: str = ""
+    reading: str = ""

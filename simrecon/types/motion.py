@@ -1,0 +1,40 @@
+"""A simulated motion, and what is said of the run that made it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon.types.arrays import Array, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md.
+
+    `kinematic_qpos` (T, nq) is what the simulation was to follow; None in results of earlier versions.
+    """
+
+    times_s: Array
+    frame_step: IntArray
+    status: NDArray[np.uint8]
+    qpos: Array
+    qvel: Array
+    state0: Array
+    ctrl: Array
+    joint_names: tuple[str, ...]
+    joints_m: Array
+    com_m: Array
+    torque_Nm: Array
+    contact_body: tuple[str, ...]
+    contact_force_N: Array
+    contact_point_m: Array
+    contact_slip_mps: Array
+    grf_N: Array
+    kinematic_qpos: Array | None = None
+
+
+Report = dict[str, Any]

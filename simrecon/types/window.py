@@ -1,0 +1,92 @@
+"""Windows of a clip, before and after they are solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from simrecon.types.arrays import Array, IntArray
+
+
+@dataclass(frozen=True)
+class Window:
+    """One piece of the clip, in simulation steps: optimised over [start, end), kept over [start, commit)."""
+
+    index: int
+    start_step: int
+    commit_step: int
+    end_step: int
+
+
+@dataclass(frozen=True, eq=False)
+class Handover:
+    """What one window passes to the next: full integration state with solver warm start, and spline knots.
+
+    Attributes:
+        state: (nstate,) `mjSTATE_INTEGRATION`.
+        knots_rad: (Q, nu) control offsets of the window's knots; none before the first window.
+        first: index of the first of them among the knots of the clip.
+    """
+
+    state: Array
+    knots_rad: Array
+    first: int = 0
+
+
+class WindowStatus(Enum):
+    """The rule that ended the optimisation of a window."""
+
+    GENERATIONS = "all generations used"
+    AT_REST = "the loss improved by less than tol_loss"
+    SMALL_STEPS = "the step size fell below tol_sigma"
+    FAILED = "no rollout stayed finite"
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a window is solved with after a fall.
+
+    Attributes:
+        retry: 0 at first; each one doubles generations and descent steps and draws other random numbers.
+        until: index of the last window that is solved so, the one that fell.
+    """
+
+    retry: int = 0
+    until: int = -1
+
+    @property
+    def factor(self) -> int:
+        """On the numbers of generations and descent steps."""
+        return int(2**self.retry)
+
+
+@dataclass(frozen=True, eq=False)
+class WindowResult:
+    """One solved window.
+
+    Attributes:
+        window: which.
+        ctrl: (commit_step - start_step, nu) the committed control.
+        states: (commit_step - start_step + 1, nstate) the committed states, the first included.
+        loss: best total loss; loss_terms: its weighted terms by name.
+        trace: (1 + D + G,) best loss at the warm start, after each descent step and each generation.
+        steps: (1 + D + G,) simulation steps spent until then.
+        descent_steps: D. evaluations: rollouts done, the last one of the mean.
+        seconds: wall time. stepping_s: within MuJoCo, of all threads over their number.
+        handover: to the next window.
+    """
+
+    window: Window
+    ctrl: Array
+    states: Array
+    loss: float
+    loss_terms: dict[str, float]
+    trace: Array
+    steps: IntArray
+    descent_steps: int
+    evaluations: int
+    seconds: float
+    stepping_s: float
+    status: WindowStatus
+    effort: Effort
+    handover: Handover

@@ -1,0 +1,236 @@
+"""`simrecon scene` and `simrecon rerun` as a user types them."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from simrecon import cli, evidence, kinematics, pipeline, resources, results, softfloor
+from simrecon import plan as plans
+from simrecon import scene as scenes
+from simrecon.results import folder
+from simrecon.types import Evidence, Ground, Motion, Scene
+
+FIRST_LINE = "ground           height_m 0.0, friction 0.9"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "room.toml"
+    assert cli.main(["scene", "new", str(path)]) == 0
+    return path
+
+
+def run(action: str, file: Path, *words: str) -> int:
+    return cli.main(["scene", action, str(file), *words])
+
+
+def test_a_scene_is_made_and_edited(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert scenes.read(file) == Scene(folder=str(file.parent))
+    assert run("add", file, "chair", "arms=true", "position_m=-0.5,0.7,0", "name=seat") == 0
+    assert run("add", file, "box", "size_m=[0.4, 0.4, 0.2]", "mass_kg=3") == 0
+    assert run("add", file, "box", "size_m=1,1,1") == 0
+    first, second, third = scenes.read(file).items
+    assert (first.name, first.kind, first.position_m) == ("seat", "chair", (-0.5, 0.7, 0.0))
+    assert first.parameters["arms"] is True
+    assert first.parameters["seat_height_m"] == 0.45
+    assert (second.name, second.mass_kg, third.name) == ("box", 3.0, "box_2")
+
+    assert run("set", file, "seat", "seat_height_m=0.5", "back=false", "friction=0.4") == 0
+    assert run("set", file, "ground", "stiffness_Npm=2e4", "damping_Nspm=300", "height_m=-0.1") == 0
+    assert run("move", file, "seat", "by=0.1,0,0", "turn=0.5") == 0
+    assert run("move", file, "box", "to=1,2,3") == 0
+    assert run("remove", file, "box_2") == 0
+    scene = scenes.read(file)
+    seat, box = scene.items
+    assert seat.parameters["seat_height_m"] == 0.5
+    assert seat.parameters["back"] is False
+    assert (seat.friction.sliding, seat.yaw_rad) == (0.4, 0.5)
+    np.testing.assert_allclose(seat.position_m, [-0.4, 0.7, 0.0])
+    assert box.position_m == (1.0, 2.0, 3.0)
+    assert scene.ground == Ground(-0.1, stiffness_Npm=2e4, damping_Nspm=300.0)
+    capsys.readouterr()
+    assert run("set", file, "seat", "seat_height_m=", "friction=") == 0
+    assert scenes.read(file).items[0].parameters["seat_height_m"] == 0.45
+    assert "seat             chair at (-0.4, 0.7, 0) m, turned 0.5 rad" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["add", "{}", "chiar"], "'chiar' is unknown, did you mean 'chair'?"),
+        (["add", "{}", "box"], "lacks the key 'size_m'"),
+        (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be three numbers"),
+        (["add", "{}", "wall", "mass_kg=3"], "a wall can't be moved"),
+        (["add", "{}", "chair", "seat_hight_m=1"], "did you mean 'seat_height_m'?"),
+        (["set", "{}", "sofa", "yaw_rad=1"], "there is no thing 'sofa'; there: bench"),
+        (["set", "{}", "bench", "yaw_rad"], "found 'yaw_rad'; valid: KEY=VALUE"),
+        (["set", "{}", "bench", "seat_height_m=low"], "seat_height_m must be a number"),
+        (["set", "{}", "ground", "stiffness_Npm=2e4"], "needs damping_Nspm"),
+        (["move", "{}", "bench", "up=1"], "unknown 'up'; valid: to, by, turn"),
+        (["move", "{}", "bench", "to=1,2"], "to must be three numbers"),
+        (["remove", "{}", "bnch"], "did you mean 'bench'?"),
+        (["new", "{}"], "is there already"),
+        (["show", "{}", "-o", "x.jpg"], "valid: a name that ends in .png"),
+        (["check", "none.toml"], "none.toml: can't read"),
+        (["suggest", "none.npz"], "none.npz"),
+    ],
+)
+def test_mistakes_are_one_line_and_change_nothing(
+    file: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("add", file, "chair", "name=bench") == 0
+    before = file.read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert cli.main(["scene", *(word.format(file) for word in words)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert file.read_text(encoding="utf-8") == before
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Half a second of the demo."""
+    given = evidence.read(Path(cli.__file__).parents[1] / "example" / "beam.npz")
+    kept = slice(0, 16)
+    cut = replace(
+        given,
+        times_s=given.times_s[kept],
+        keypoints_px=given.keypoints_px[kept],
+        scores=given.scores[kept],
+        joints_m=given.joints_m[kept],
+    )
+    path = tmp_path_factory.mktemp("clip") / "clip.npz"
+    evidence.write(path, cut)
+    return path
+
+
+def test_show_draws_scene_motion_and_camera(file: Path, clip: Path, tmp_path: Path) -> None:
+    run("add", file, "stairs", "position_m=0,1,0")
+    assert run("show", file) == 0
+    alone = cv2.imread(str(file.with_suffix(".png")))
+    assert alone.shape == (720, 960, 3)
+    both = tmp_path / "both.png"
+    assert run("show", file, str(clip), "-o", str(both)) == 0
+    image = cv2.imread(str(both))
+    assert image.shape[1] > 1900
+    orange = (np.abs(image.astype(int) - [48, 134, 240]).sum(axis=-1) < 60).mean(
+        axis=0
+    )  # left limbs, by column
+    assert orange[:960].any()
+    assert orange[960:].any()
+
+
+def test_check_tells_what_the_motion_goes_through(
+    file: Path, clip: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fit = kinematics.fit(evidence.resample(evidence.read(clip))[0], Scene(), plans.read("quick").kinematics)
+    monkeypatch.setattr(kinematics, "fit", lambda *_: fit)
+    x, y = fit.qpos[0, :2]
+    run("add", file, "box", "size_m=3,3,0.05", f"position_m={x},{y},0", "name=plate")
+    capsys.readouterr()
+    assert run("check", file, str(clip)) == 0
+    out = capsys.readouterr().out
+    plate = next(line for line in out.splitlines() if line.startswith("plate") and " mm at " in line)
+    assert "_foot" in plate
+    assert 30 <= float(plate.split()[1]) <= 90
+    run("set", file, "plate", "size_m=3,3,0.5")
+    capsys.readouterr()
+    assert run("check", file, str(clip)) == 2
+    assert "'plate' goes" in capsys.readouterr().err
+
+
+def test_suggest_accepts_into_a_file(clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "new.toml"
+    assert cli.main(["scene", "suggest", str(clip), "--height-m", "1.66", "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    found = scenes.read(target)
+    assert len(found.items) == out.count("[[item]]")
+    assert cli.main(["scene", "suggest", str(clip)]) == 0
+    assert "only seats can be found" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def finished(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("out") / "result"
+    assert cli.main(["run", str(clip), "-o", str(target), "--plan", "quick", "--threads", "1"]) == 0
+    return target
+
+
+def test_rerun_starts_from_the_finished_motion(
+    finished: Path, clip: Path, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = folder.read(finished)
+    seen: list[Motion | None] = []
+    really = pipeline.reconstruct
+
+    def watched(*args: object, start: Motion | None = None, **how: object) -> object:
+        seen.append(start)
+        return really(*args, start=start, **how)
+
+    run("set", file, "ground", "friction=0.8")
+    hasty = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
+    hasty = re.sub(r"generations = \d+", "generations = 2", hasty)
+    hasty = re.sub(r"descent_steps = \d+", "descent_steps = 0", hasty)
+    (tmp_path / "hasty.toml").write_text(hasty, encoding="utf-8")
+    settings = ["--scene", str(file), "--threads", "1", "--plan", str(tmp_path / "hasty.toml")]
+    anew, target = tmp_path / "anew", tmp_path / "again"
+    assert cli.main(["run", str(clip), "-o", str(anew), *settings]) == 0
+    monkeypatch.setattr(pipeline, "reconstruct", watched)
+    assert cli.main(["rerun", str(finished), "-o", str(target), *settings]) == 0
+    assert seen[0] is not None
+    np.testing.assert_array_equal(seen[0].ctrl, before.ctrl)
+    first, zero, second = (
+        json.loads((place / "report.json").read_text()) for place in (finished, anew, target)
+    )
+    assert second["person"]["height_m"] == pytest.approx(first["person"]["height_m"], rel=0.02)
+    mean = [np.mean([w["loss"] for w in said["windows"]]) for said in (zero, second)]
+    assert mean[1] < mean[0]
+    assert scenes.read(target / "scene.toml").ground.friction.sliding == 0.8
+
+
+def test_rerun_needs_its_evidence(
+    finished: Path, clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other.npz"
+    evidence.write(other, replace(evidence.read(clip), mass_kg=70.0))
+    for words, said in (
+        (["--input", str(other)], "its sha256 differs"),
+        (["--input", "none.npz"], "--input says where it is"),
+    ):
+        assert cli.main(["rerun", str(finished), *words]) == 2
+        assert said in capsys.readouterr().err
+    assert cli.main(["rerun", str(tmp_path)]) == 2
+
+
+def test_a_fitted_floor_is_used_and_reported(
+    clip: Path, file: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion = results.read(finished)
+    trials = (softfloor.Trial(1e4, 200.0, 5.0), softfloor.Trial(2e4, 300.0, 4.0))
+    ground = Ground(stiffness_Npm=2e4, damping_Nspm=300.0)
+
+    def calibrated(_: Evidence, things: Scene, *__: object, **___: object) -> softfloor.Calibration:
+        assert things.ground.stiffness_Npm == "fit"
+        return softfloor.Calibration(ground, trials, motion, False)
+
+    monkeypatch.setattr(softfloor, "calibrate", calibrated)
+    assert run("set", file, "ground", "stiffness_Npm=fit") == 0
+    target = tmp_path / "soft"
+    words = ["--scene", str(file), "--plan", "quick", "--threads", "1"]
+    assert cli.main(["run", str(clip), "-o", str(target), *words]) == 0
+    said = json.loads((target / "report.json").read_text())["soft_floor"]
+    assert said["stiffness_Npm"] == 2e4
+    assert [trial["loss"] for trial in said["trials"]] == [5.0, 4.0]
+    assert scenes.read(target / "scene.toml").ground == ground
+    found = results.read(target)
+    assert found.qpos.shape[1] == 72
+    assert np.abs(found.qpos[:, 71]).max() > 0.005

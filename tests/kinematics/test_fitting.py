@@ -1,0 +1,226 @@
+"""The whole kinematic fit: a known walk is seen by a camera and found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simrecon import body as bodies
+from simrecon import kinematics
+from simrecon.errors import InputError
+from simrecon.evidence import resample, sides
+from simrecon.geometry import camera as cameras
+from simrecon.geometry import rotations
+from simrecon.types import Array, Evidence, KinematicFit, Scene
+
+T = 20
+EYE, TARGET = np.array([4.0, -2.5, 1.4]), np.array([0.3, 0.1, 0.9])
+
+
+@pytest.fixture(scope="module")
+def walk(make):
+    return make.walking(T)
+
+
+@pytest.fixture(scope="module")
+def camera(make):
+    return make.looking_at(EYE, TARGET)
+
+
+def points(fit: KinematicFit) -> Array:
+    """(T, M, 3)."""
+    return kinematics.configurations(fit.body, fit.qpos)[1]
+
+
+def distance_m(fit: KinematicFit, walk) -> float:
+    """Mean distance of the points from where they really were."""
+    return float(np.linalg.norm(points(fit) - np.swapaxes(walk.points_m, 0, 1), axis=-1).mean())
+
+
+def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera, noise_px=1.0, noise_m=0.01), height_m=1.75, mass_kg=72.0)
+    fit = kinematics.fit(evidence, Scene(), weights)
+    assert distance_m(fit, walk) < 0.02
+    assert np.median(fit.reprojection_px) < 2.0
+    np.testing.assert_allclose(fit.qpos[:, :3], walk.root_m, atol=0.04)
+    angles = rotations.angle_between(fit.qpos[:, 3:7], rotations.exp(walk.rotvecs[0]))
+    assert np.degrees(angles).mean() < 3.0
+    assert bodies.stature_m(fit.body.skeleton) == pytest.approx(1.75, rel=0.02)
+    assert fit.body.mass_kg == 72.0
+    assert fit.body.height_m == 1.75
+    assert not fit.interpolated.any()
+    assert fit.qpos.shape == (T, 71)
+    np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, 17, 4), axis=-1), 1.0)
+
+
+def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, camera, weights) -> None:
+    clean = make.seen(walk, camera, noise_px=1.0, noise_m=0.01)
+    points, joints = clean.keypoints_px.copy(), clean.joints_m.copy()
+    for limbs in sides.LIMBS:
+        index, at = sides.pairs(clean.joint_names, limbs), np.arange(7, 12)[:, None]
+        for values in (points, joints):
+            values[at, index.ravel()] = values[at, index[:, ::-1].ravel()]
+    mixed = replace(clean, keypoints_px=points, joints_m=joints)
+    usual, found, without = (
+        distance_m(kinematics.fit(given, Scene(), weights), walk)
+        for given in (clean, resample(mixed)[0], mixed)
+    )
+    assert found == pytest.approx(usual, rel=0.05)
+    assert without > 2 * usual
+
+
+def test_the_size_of_the_person_is_measured(make, walk, camera, weights) -> None:
+    fit = kinematics.fit(make.seen(walk, camera, noise_m=0.01), Scene(), weights)
+    assert bodies.stature_m(fit.body.skeleton) == pytest.approx(1.75, rel=0.02)
+    assert distance_m(fit, walk) < 0.012
+
+
+def test_the_frame_of_the_3d_estimate_does_not_matter(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera), height_m=1.75)
+    for given in (
+        evidence,
+        make.in_camera(evidence, relative=False),
+        make.in_camera(evidence, relative=True),
+    ):
+        fit = kinematics.fit(given, Scene(), weights)
+        assert distance_m(fit, walk) < 0.012, given.joints_frame
+        # the 3D estimate agrees with the image on where the person is
+        assert fit.loss["place"] < 0.01, given.joints_frame
+
+
+def test_landmarks_alone_are_enough_with_extrinsics(make, walk, camera, weights) -> None:
+    evidence = make.seen(walk, camera)
+    flat = replace(
+        evidence, joint_names=(), joints_m=np.zeros((T, 0, 3)), joints_frame="world", height_m=1.75
+    )
+    fit = kinematics.fit(flat, Scene(), replace(weights, evaluations=800))
+    assert np.median(fit.reprojection_px) < 8.0
+    assert np.isfinite(fit.qpos).all()
+
+
+def test_a_3d_estimate_alone_is_enough(make, walk, camera, weights) -> None:
+    evidence = make.seen(walk, camera, noise_m=0.01)
+    blind = replace(
+        evidence, keypoint_names=(), keypoints_px=np.zeros((T, 0, 2)), scores=np.zeros((T, 0)), camera=None
+    )
+    fit = kinematics.fit(blind, Scene(), weights)
+    assert fit.camera is None
+    assert fit.reprojection_px.shape == (T, 0)
+    # place weighs little against feet that slide, which real ones don't
+    assert distance_m(fit, walk) < 0.05
+
+
+@pytest.mark.parametrize("relative", [False, True], ids=["camera", "camera_root_relative"])
+def test_without_a_camera_its_frame_is_taken_for_level(make, weights, relative: bool) -> None:
+    walk = make.walking(T)
+    level = make.looking_at(np.array([4.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
+    evidence = make.in_camera(make.seen(walk, level), relative)
+    blind = replace(
+        evidence, keypoint_names=(), keypoints_px=np.zeros((T, 0, 2)), scores=np.zeros((T, 0)), camera=None
+    )
+    found = points(kinematics.fit(blind, Scene(), weights))
+    up = (
+        found[:, walk.skeleton.point_names.index("nose")]
+        - found[:, walk.skeleton.point_names.index("left_ankle")]
+    )
+    assert (up[:, 2] > 1.2).all()
+
+
+def test_frames_out_of_view_are_bridged(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera), height_m=1.75)
+    gap = slice(8, 12)
+    for key in ("keypoints_px", "joints_m"):
+        values = getattr(evidence, key).copy()
+        values[gap] = np.nan
+        evidence = replace(evidence, **{key: values})
+    fit = kinematics.fit(evidence, Scene(), weights)
+    assert np.flatnonzero(fit.interpolated).tolist() == [8, 9, 10, 11]
+    off = np.linalg.norm(points(fit) - np.swapaxes(walk.points_m, 0, 1), axis=-1).mean(axis=1)  # (T,)
+    assert off[gap].max() < 0.06
+    assert np.delete(off, range(8, 12)).mean() < 0.015
+    assert np.isnan(fit.reprojection_px[gap]).all()
+    assert np.isfinite(np.delete(fit.reprojection_px, range(8, 12), axis=0)).all()
+
+
+def up_in_camera(fit: KinematicFit) -> Array:
+    return cameras.extrinsics(fit.camera)[:3, 2]
+
+
+@pytest.mark.parametrize("height_m", [1.0, 2.2], ids=["level", "tilted"])
+def test_the_floor_is_found_without_extrinsics(make, weights, height_m: float) -> None:
+    # towards the camera: across the direction of walking nothing tells how the floor slopes
+    walk = make.walking(45, 15.0, heading_rad=0.0)
+    eye = np.array([6.0, 0.0, height_m])
+    camera = make.looking_at(eye, np.array([2.0, 0.0, 1.0]))
+    known = make.in_camera(make.seen(walk, camera, noise_px=0.5, noise_m=0.005), relative=True)
+    evidence = replace(known, camera=replace(camera, world_to_camera=None), height_m=1.75)
+    fit = kinematics.fit(evidence, Scene(), weights)
+    angle = np.degrees(np.arccos(up_in_camera(fit) @ cameras.extrinsics(camera)[:3, 2]))
+    assert angle < 3.0
+    # lowest points of the feet are on the floor in every frame
+    rows = [
+        walk.skeleton.point_names.index(f"{side}_{end}")
+        for side in ("left", "right")
+        for end in ("heel", "toe")
+    ]
+    lowest = points(fit)[:, rows, 2].min(axis=1)
+    assert np.abs(lowest).mean() < 0.03
+    # and the camera is as high as it really was
+    assert cameras.centre_m(fit.camera)[2] == pytest.approx(height_m, abs=0.2)
+    assert np.median(fit.reprojection_px) < 3.0
+
+
+def test_no_known_point_is_an_error(make, walk, camera, weights) -> None:
+    evidence = make.seen(walk, camera)
+    unseen = replace(
+        evidence,
+        keypoints_px=np.full_like(evidence.keypoints_px, np.nan),
+        joints_m=np.full_like(evidence.joints_m, np.nan),
+    )
+    with pytest.raises(InputError, match="no point of the body"):
+        kinematics.fit(unseen, Scene(), weights)
+
+
+def test_points_named_twice_are_averaged_and_ignored_names_are(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera), height_m=1.75)
+    toe = evidence.keypoint_names.index("left_toe")
+    extra: Evidence = replace(
+        evidence,
+        keypoint_names=(*evidence.keypoint_names, "LSmallToe", "spine3"),
+        keypoints_px=np.concatenate((evidence.keypoints_px, evidence.keypoints_px[:, [toe, toe]]), axis=1),
+        scores=np.ones((T, len(evidence.keypoint_names) + 2)),
+    )
+    few = replace(weights, evaluations=30)
+    fit = kinematics.fit(extra, Scene(), few)
+    np.testing.assert_allclose(fit.qpos, kinematics.fit(evidence, Scene(), few).qpos, atol=1e-9)
+    assert np.isnan(fit.reprojection_px[:, -1]).all()
+    np.testing.assert_array_equal(fit.reprojection_px[:, -2], fit.reprojection_px[:, toe])
+
+
+def test_letters_of_the_ablation(make, walk, camera, weights) -> None:
+    """Without T frames are on their own, without O nothing is searched, without S proportions are average."""
+    evidence = replace(make.seen(walk, camera, noise_px=4.0, noise_m=0.03), height_m=1.75)
+    few = replace(weights, evaluations=150)
+    full = kinematics.fit(evidence, Scene(), few)
+    alone = kinematics.fit(evidence, Scene(), replace(few, temporal=False))
+    start = kinematics.fit(evidence, Scene(), replace(few, poses=False))
+    jerk = [np.abs(np.diff(points(fit), 3, axis=0)).mean() for fit in (full, alone)]
+    assert jerk[0] < 0.5 * jerk[1]
+    assert start.iterations == 0
+    assert distance_m(full, walk) < distance_m(start, walk)
+    assert kinematics.fit(evidence, Scene(), replace(few, ground=False)).loss["contact"] == 0.0
+
+
+def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(make, walk, camera, weights) -> None:
+    evidence = replace(make.seen(walk, camera, noise_px=1.0), height_m=1.75)
+    towards = rotations.matrix(rotations.exp(0.12 * cameras.extrinsics(camera)[0, :3]))
+    root = walk.root_m[:, None]
+    leaning = replace(evidence, joints_m=(evidence.joints_m - root) @ towards.T + root)
+    fit = kinematics.fit(leaning, Scene(), weights)
+    names = walk.skeleton.point_names
+    trunk = points(fit)[:, names.index("nose")] - points(fit)[:, names.index("left_ankle")]
+    true = walk.at("nose")[:, 0] - walk.at("left_ankle")[:, 0]
+    across = cameras.extrinsics(camera)[2, :3]
+    assert np.abs((trunk - true) @ across).mean() < 0.5 * 0.12 * 1.5
