@@ -43,7 +43,7 @@ def test_evidence_and_video_belong_together() -> None:
     evidence.check_names(given, names.valid_names(), "beam.npz")
     assert given.keypoints_px.shape == (100, 33, 2)
     assert given.camera is not None
-    width, height = given.camera.image_size_px
+    width, height = given.camera.lens.image_size_px
     images = list(video.frames(FOLDER / "beam.mp4", given.times_s))
     assert len(images) == 100
     assert images[0].shape[1] / images[0].shape[0] == pytest.approx(width / height, rel=1e-3)
@@ -59,7 +59,7 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
     every = given.times_s[::5]
     background = np.median(list(video.frames(FOLDER / "beam.mp4", every)), axis=0)  # without the person
     grey = cv2.cvtColor(background.astype(np.uint8), cv2.COLOR_BGR2GRAY)
-    scale = grey.shape[1] / given.camera.image_size_px[0]
+    scale = grey.shape[1] / given.camera.lens.image_size_px[0]
 
     def brightness(y_m: float, z_m: float) -> float:
         """Mean along the beam's near half, at a distance from the middle of its top."""
