@@ -90,7 +90,7 @@ def repeated(short: Evidence, seconds: float) -> Evidence:
 
     return replace(
         short,
-        times_s=np.arange(frames) * interval_s,
+        times_s=np.arange(frames, dtype=float) * interval_s,
         keypoints_px=taken(short.keypoints_px),
         scores=taken(short.scores),
         joints_m=taken(short.joints_m),

@@ -208,7 +208,7 @@ def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) ->
 def middle(clip: KinematicFit, done: KinematicFit) -> KinematicFit:
     """Half way from a clip to what was done of it."""
     a, b = clip.qpos[: len(done.qpos)], done.qpos
-    turned = rotations.slerp(*(q[:, 3:].reshape(len(b), -1, 4) for q in (a, b)), 0.5)
+    turned = rotations.slerp(a[:, 3:].reshape(len(b), -1, 4), b[:, 3:].reshape(len(b), -1, 4), 0.5)
     qpos = np.concatenate(((a[:, :3] + b[:, :3]) / 2, turned.reshape(len(b), -1)), axis=1)
     return replace(done, qpos=qpos, com_m=kinematics.configurations(clip.body, qpos)[0])
 

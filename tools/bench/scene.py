@@ -81,14 +81,14 @@ def compare_trampolines(clip: Evidence, plan: plans.Plan, threads: int, picture:
             f"{factor * STIFFNESS_NPM:10.0f} {-bed.min():10.3f} {after.max():12.3f} {when:6.2f} {whole:>10}"
         )
         if picture is not None:
-            clip = overlay.Clip(
+            still = overlay.Clip(
                 model=result.problem.model,
                 times_s=motion.times_s[lowest : lowest + 1],
                 qpos=motion.qpos[lowest : lowest + 1],
                 contact_point_m=motion.contact_point_m[lowest : lowest + 1],
                 contact_force_N=motion.contact_force_N[lowest : lowest + 1],
             )
-            video.write_image(picture.with_stem(f"{picture.stem}_{factor}"), overlay.sheet(clip))
+            video.write_image(picture.with_stem(f"{picture.stem}_{factor}"), overlay.sheet(still))
 
 
 def main() -> None:

@@ -60,7 +60,7 @@ def main() -> None:
     points = kinematics.configurations(person, qpos)[1]
     frames = len(qpos)
     evidence = Evidence(
-        times_s=FRAME_S * np.arange(frames),
+        times_s=FRAME_S * np.arange(frames, dtype=float),
         keypoint_names=(),
         keypoints_px=np.zeros((frames, 0, 2)),
         scores=np.zeros((frames, 0)),

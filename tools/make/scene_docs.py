@@ -21,7 +21,7 @@ DOCS = CHECKOUT / "docs"
 PICTURES = DOCS / "images" / "scenes"
 BEGIN, END = "<!-- kinds: made by tools/make/scene_docs.py -->", "<!-- end of kinds -->"
 # What the pictures show where there is no default.
-SHOWN = {
+SHOWN: dict[str, dict[str, object]] = {
     "box": {"size_m": [0.5, 0.8, 0.45]},
     "beam": {"length_m": 3.0, "width_m": 0.1, "height_m": 0.1},
     "chair": {"arms": True},
@@ -66,7 +66,12 @@ def tables() -> str:
 
 def picture(name: str, folder: Path) -> None:
     """Write the picture of one kind, with a person of 1.70 m beside it."""
-    entry = {"name": name, "kind": name, "position_m": [0.0, 0.0, 0.0], **SHOWN.get(name, {})}
+    entry: dict[str, object] = {
+        "name": name,
+        "kind": name,
+        "position_m": [0.0, 0.0, 0.0],
+        **SHOWN.get(name, {}),
+    }
     scene = Scene(items=(scenes.item(entry, "docs"),), folder=str(folder))
     image = cv2.resize(stage.draw(scene), (560, 420), interpolation=cv2.INTER_AREA)
     cv2.imwrite(str(PICTURES / f"{name}.jpg"), image, [cv2.IMWRITE_JPEG_QUALITY, 82])

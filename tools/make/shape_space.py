@@ -184,7 +184,7 @@ def _points(
         points[name] = heads[:, _bone(labels, name)]
 
     def of(rows: np.ndarray) -> np.ndarray:
-        return vertices[:, rows].mean(axis=1, dtype=np.float64)
+        return np.asarray(vertices[:, rows].mean(axis=1, dtype=np.float64))
 
     skin = np.isin(np.arange(len(mean)), faces[_outside(faces)])
     head = np.flatnonzero((segments == order.index("head")) & skin)
@@ -246,7 +246,8 @@ def _components(deviation: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 def _regress(scores: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """Least squares on uncorrelated scores of unit variance, symmetric in y by the data's symmetry."""
     flat = deviation.reshape(len(deviation), -1)
-    return (scores.T.astype(flat.dtype) @ flat / len(flat)).reshape(BETAS, *deviation.shape[1:])
+    basis: np.ndarray = scores.T.astype(flat.dtype) @ flat / len(flat)
+    return basis.reshape(BETAS, *deviation.shape[1:])
 
 
 def _thin(mean: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import kinematics, plan, schedule
+from simrecon.bench.suite import overridden
 from simrecon.engines import problem as problems
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
@@ -91,7 +92,7 @@ def main() -> None:
 def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str, Any]:
     """One clip in one way."""
     settings = bench.changed(plan.read("default"), options.set)
-    settings = bench.overridden(settings, BASE | WAYS[way], "way")
+    settings = overridden(settings, BASE | WAYS[way], "way")
     fit, seen = bench.load(options.data, clip, settings, noisy=False)
     began = time.process_time()
     problem = pose(fit, seen, settings, way)
@@ -99,7 +100,7 @@ def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str
     windows, start = schedule.cut(problem.clock, settings), sampling.start(problem)
     if way.startswith("growing"):
         results = grown(problem, sampler, int(way.split()[2]))
-        windows = [result.window for result in results]
+        windows = tuple(result.window for result in results)
     else:
         with by_strength(problem) if "strength" in way else contextlib.nullcontext():
             results = engine.solve(
@@ -188,7 +189,7 @@ def feed_forward(problem: Problem) -> Array:
     frames_s = np.arange(len(smooth)) * frame_s
     steps_s = np.arange(problem.clock.steps + 1) * problem.clock.step_s
     rows = [np.interp(steps_s, frames_s, column) for column in smooth.T]
-    return np.stack(rows, axis=1) / model.actuator_gainprm[:, 0]
+    return np.asarray(np.stack(rows, axis=1) / model.actuator_gainprm[:, 0])
 
 
 @contextlib.contextmanager
@@ -197,10 +198,10 @@ def by_strength(problem: Problem) -> Iterator[None]:
     able = problem.model.actuator_forcerange[:, 1] / problem.model.actuator_gainprm[:, 0]  # rad, to the limit
     share, kept = able / np.exp(np.log(able).mean()), Task.deviations
 
-    def deviations(task: Task) -> Array:
-        deviation = kept(task)
-        count = task.shape[0] * task.shape[1]
-        deviation[:count] *= np.tile(share, task.shape[0])
+    def deviations(self: Task) -> Array:
+        deviation = kept(self)
+        count = self.shape[0] * self.shape[1]
+        deviation[:count] *= np.tile(share, self.shape[0])
         return deviation
 
     Task.deviations = deviations  # type: ignore[method-assign]

@@ -91,7 +91,7 @@ def row(clip: str, fit: KinematicFit, first: int, last: int) -> str:
 def flights(fit: KinematicFit) -> list[tuple[int, int]]:
     """First and last frames of every stretch without support."""
     edges = np.flatnonzero(np.diff(np.pad(aloft(fit).astype(int), 1)))
-    return [(a, b - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
+    return [(int(a), int(b) - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
 
 
 def aloft(fit: KinematicFit) -> NDArray[np.bool_]:
@@ -184,7 +184,7 @@ def lowest(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
         return np.asarray(at + (corners * size) @ turn.T)
     half = size[1] if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
     ends = at + np.array([[0.0, 0.0, -half], [0.0, 0.0, half]]) @ turn.T
-    return ends - np.array([0.0, 0.0, size[0]])
+    return np.asarray(ends - np.array([0.0, 0.0, size[0]]))
 
 
 def motion_of_mass(fit: KinematicFit) -> tuple[Array, Array]:

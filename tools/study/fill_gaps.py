@@ -58,7 +58,7 @@ def hidden(whole: Evidence, gap: NDArray[np.bool_]) -> Evidence:
     """The evidence without the lower body in these frames."""
     pixels, scores, joints = whole.keypoints_px.copy(), whole.scores.copy(), whole.joints_m.copy()
     for names, arrays in ((whole.keypoint_names, (pixels, scores)), (whole.joint_names, (joints,))):
-        columns = [i for i, name in enumerate(names) if name.endswith(HIDDEN)]
+        columns = np.array([i for i, name in enumerate(names) if name.endswith(HIDDEN)], int)
         for array in arrays:
             array[np.ix_(gap, columns)] = 0.0 if array is scores else np.nan
     return replace(whole, keypoints_px=pixels, scores=scores, joints_m=joints)

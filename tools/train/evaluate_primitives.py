@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simrecon.body import fitting, pieces, shape, shaped, sizes, surface
+from simrecon.body import fitting, frames, pieces, shape, shaped, sizes, surface
 from simrecon.body.fitting import Target
 from simrecon.body.skeleton import template
 from simrecon.types import Array
@@ -93,11 +93,11 @@ def _whole(unseen: dict[str, Array], betas: Array, direct: Array) -> None:
 
 def _body_to_mesh(unseen: dict[str, Array], i: int, psi: Array) -> tuple[float, float]:
     """Mean distance of the mesh's surface to the body's, and of the body's to the mesh's."""
-    names, faces = template().names, unseen["faces"]
+    names, faces = template().names, unseen["faces"].astype(np.int64)
     space = shape.space()
     points = dict(zip(space.point_names, unseen["points_m"][i].astype(float), strict=True))
     origins = np.stack([points[name] for name in names])
-    axes = shape.segment_frames(names, points)
+    axes = frames.segment_frames(names, points)
     skin = unseen["vertices_m"][i].astype(float)
     used = np.unique(faces)
     weight = pieces.vertex_areas(skin, faces)[used]
@@ -109,14 +109,12 @@ def _body_to_mesh(unseen: dict[str, Array], i: int, psi: Array) -> tuple[float, 
         parts.append((s, kind, row, on @ axes[s].T + origins[s], area))
 
     def signed(places: Array, skip: int) -> Array:
-        return np.min(
-            [
-                surface.distance(kind, row, (places - origins[s]) @ axes[s])[0]
-                for k, (s, kind, row, _, _) in enumerate(parts)
-                if k != skip
-            ],
-            axis=0,
-        )
+        distances = [
+            surface.distance(kind, row, (places - origins[s]) @ axes[s])[0]
+            for k, (s, kind, row, _, _) in enumerate(parts)
+            if k != skip
+        ]
+        return np.asarray(np.min(distances, axis=0))
 
     forth = float(weight @ np.abs(signed(skin[used], -1)) / weight.sum())
     mesh = skin[faces]

@@ -232,8 +232,9 @@ def _name(path: Path) -> str:
 
 def _asf(path: Path) -> dict[str, _Bone]:
     """Bones of a skeleton file, parents before children."""
-    bones, parents = {}, {}
-    section, entry = "", {}
+    bones: dict[str, _Bone] = {}
+    parents: dict[str, str] = {}
+    section, entry = "", dict[str, list[str]]()
     for line in path.read_text().splitlines():
         words = line.split()
         if not words or words[0].startswith("#"):
@@ -246,7 +247,7 @@ def _asf(path: Path) -> dict[str, _Bone]:
                 bones[entry["name"][0]] = _Bone(
                     "",
                     Rotation.from_euler(entry["axis"][3].lower(), degrees, degrees=True).as_matrix(),
-                    np.array(entry["direction"], float),
+                    np.array([float(word) for word in entry["direction"]]),
                     tuple(entry.get("dof", ())),
                 )
             entry = {} if words[0] == "begin" else entry | {words[0]: words[1:]}

@@ -205,10 +205,10 @@ class Trainer:
         """Poses (N, 16, 3): by weight, some with legs, a limb or a head of others, half of them mirrored."""
         s, poses = self.settings, self.train
         pick = self.rng.choice(len(poses.rotvecs), (2 + len(self.limbs), s.batch), p=poses.weights)
-        batch = poses.rotvecs[pick[0]]
+        batch: Array = poses.rotvecs[pick[0]]
         for others, part in zip(pick[1:], (self.legs, *self.limbs), strict=True):
             share = s.exchange_legs if part is self.legs else s.exchange_limb
-            mixed = np.ix_(self.rng.random(s.batch) < share, part)
+            mixed = np.ix_(self.rng.random(s.batch) < share, np.array(part))
             batch[mixed] = poses.rotvecs[others][mixed]
         flipped = self.rng.random(s.batch) < 0.5
         batch[flipped] = mirrored(batch[flipped])
@@ -316,7 +316,7 @@ def likelihoods(flow: prior.Flow, data: dict[str, Poses]) -> dict[str, float]:
 def write(path: Path, arrays: dict[str, np.ndarray]) -> None:
     """Write the network unless it is too large."""
     stream = io.BytesIO()
-    np.savez_compressed(stream, **arrays)
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
     if len(stream.getvalue()) > SIZE_MAX:
         sys.exit(f"{path}: {len(stream.getvalue())} bytes are more than {SIZE_MAX}")
     atomic.write_bytes(path, stream.getvalue())

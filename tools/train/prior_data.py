@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simrecon import body as bodies
 from simrecon.geometry import rotations
-from simrecon.types import Array
+from simrecon.types import Array, IntArray
 from tools.bench import references
 from tools.train import mocap_poses
 
@@ -23,7 +24,7 @@ NEAR_RAD = 0.12
 """A frame closer than this to a kept one of its clip, in its most different joint, is left out."""
 FAR_RAD = 0.6
 """A frame that leaves a joint's range by more is a fault of the recording or of its conversion."""
-ACTIVITIES = {
+ACTIVITIES: dict[str, str | tuple[str, ...] | dict[str, str]] = {
     "02": ("walk", "walk", "run", "jump", "strike", "bend", "sword", "sword", "sword", "wash"),
     "mass": {"backflip": "acrobatics", "dance": "dance", "kick": "strike", "run": "run", "walk": "walk"},
     "87": "acrobatics", "88": "acrobatics", "108": "acrobatics", "137": "acrobatics",
@@ -38,8 +39,8 @@ class Poses:
     """Rotation vectors (N, 16, 3) about the joints' rest, clip and activity, share in training."""
 
     rotvecs: Array
-    clips: Array
-    activities: Array
+    clips: NDArray[np.str_]
+    activities: NDArray[np.str_]
     weights: Array
 
 
@@ -120,13 +121,13 @@ def mirrored(rotvecs: Array) -> Array:
     other = [
         names.index("_".join([swap.get(n.split("_")[0], n.split("_")[0]), *n.split("_")[1:]])) for n in names
     ]
-    return rotvecs[..., other, :] * np.array([-1.0, 1.0, -1.0])
+    return np.asarray(rotvecs[..., other, :] * np.array([-1.0, 1.0, -1.0]))
 
 
 def symmetric_basis() -> tuple[Array, Array]:
     """Orthonormal coordinates (S, 48), (A, 48) that stay, and that change their sign, in the mirror."""
     mirror = mirrored(np.eye(48).reshape(48, 16, 3)).reshape(48, 48)
-    stay, change = [], []
+    stay, change = list[Array](), list[Array]()
     done: set[int] = set()
     for i in range(48):
         j = int(np.argmax(np.abs(mirror[i])))
@@ -142,7 +143,7 @@ def symmetric_basis() -> tuple[Array, Array]:
     return np.array(stay), np.array(change)
 
 
-def balanced(poses: Poses, count: int, rng: np.random.Generator) -> Array:
+def balanced(poses: Poses, count: int, rng: np.random.Generator) -> IntArray:
     """Random rows (count,) in which every recording counts the same."""
     _, index, size = np.unique(poses.clips, return_inverse=True, return_counts=True)
     share = 1 / size[index]

@@ -60,8 +60,8 @@ class Flow(nn.Module):
         super().__init__()
         self.sizes = sizes
         generator = torch.Generator().manual_seed(seed)
-        halves = tuple(n // 2 for n in sizes)
-        rest = tuple(n - h for n, h in zip(sizes, halves, strict=True))
+        halves = sizes[0] // 2, sizes[1] // 2
+        rest = sizes[0] - halves[0], sizes[1] - halves[1]
         self.register_buffer("mask", torch.arange(sum(sizes)) < 0)
         self.mask[: halves[0]] = True
         self.mask[sizes[0] : sizes[0] + halves[1]] = True
