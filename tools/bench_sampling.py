@@ -37,7 +37,6 @@ import references
 
 import simrecon
 from simrecon import evidence, kinematics, plan, schedule
-from simrecon.bench.suite import overridden
 from simrecon.engines import problem as problems
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
@@ -45,7 +44,7 @@ from simrecon.engines.sampling import draft
 from simrecon.engines.sampling import search as sampling
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
-from simrecon.plan import Plan
+from simrecon.plan import Plan, overridden
 from simrecon.sim import rollout
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component

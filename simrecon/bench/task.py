@@ -21,7 +21,7 @@ from simrecon import kinematics, pipeline, resources, results
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.bench import places, plates
-from simrecon.bench.suite import Clip, Suite, Variant, overridden
+from simrecon.bench.schema import Clip, Suite, Variant
 from simrecon.body import names
 from simrecon.errors import InputError, SimreconError
 from simrecon.evaluation import fitted, scores
@@ -81,7 +81,7 @@ def execute(task: Task) -> dict[str, Any]:
 
     Returns:
         `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
-        `key`, `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
+        `key`, `scores` by motion, `intervals`, `run` (`schema.RUN_SCORES`) and `check` of the evaluator.
     """
     try:
         return _said(task) | _execute(task)
@@ -210,7 +210,7 @@ def _inputs(task: Task) -> tuple[Path, Path]:
 
 def _plan(task: Task) -> Plan:
     where = f"{task.suite.name}: variant {task.variant.name}"
-    return overridden(plans.read(task.plan), task.variant.plan, where)
+    return plans.overridden(plans.read(task.plan), task.variant.plan, where)
 
 
 def _read(task: Task, given: Path) -> Evidence:

@@ -56,9 +56,14 @@ def text(default: Any = MISSING, **more: Any) -> Any:
     return option(default, line=True, **more)
 
 
-def not_in_file(default: Any, **more: Any) -> Any:
-    """A field that no table may hold, because something else fills it; see `option`."""
-    return option(default, in_file=False, **more)
+def not_in_file(default: Any, *, compare: bool = True) -> Any:
+    """A field that no table may hold, because something else fills it.
+
+    Args:
+        default: until it is filled.
+        compare: values that differ in it are not equal.
+    """
+    return dataclasses.field(default=default, compare=compare, metadata={"in_file": False})
 
 
 @dataclass(frozen=True)
