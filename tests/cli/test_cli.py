@@ -109,7 +109,7 @@ def test_sides_that_were_mixed_up_are_said(
 
 
 def test_the_result_replays_in_plain_mujoco(result: Path) -> None:
-    motion = results.read(result)
+    motion = results.read_motion(result)
     model = mujoco.MjModel.from_xml_path(str(result / "model.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, motion.state0, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -141,7 +141,7 @@ def test_fallback_is_said_and_exits_with_3(
 ) -> None:
     failing_from_the_second_window(monkeypatch)
     assert cli.main(arguments(inputs, tmp_path / "out")) == 3
-    fallback = int((results.read(tmp_path / "out").status == replay.FALLBACK).sum())
+    fallback = int((results.read_motion(tmp_path / "out").status == replay.FALLBACK).sum())
     assert 0 < fallback < FRAMES
     expected = f"{FRAMES - fallback} of {FRAMES} simulated, {fallback} on kinematic fallback"
     assert expected in capsys.readouterr().out
@@ -236,7 +236,7 @@ def test_names_in_any_case(inputs: Path, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def write_truth(path: Path, folder: Path, shift_m: float) -> None:
-    motion = results.read(folder)
+    motion = results.read_motion(folder)
     np.savez(
         path,
         schema=metrics.TRUTH_SCHEMA,
@@ -250,7 +250,7 @@ def test_eval_prints_every_score_with_its_definition(
     result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_truth(tmp_path / "truth.npz", result, 0.05)
-    motion = results.read(result)
+    motion = results.read_motion(result)
     world = Evidence(
         times_s=motion.times_s,
         keypoint_names=(),
@@ -335,4 +335,4 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["audit"]["max_root_actuator_force_N"] == 0
     assert found["audit"]["max_applied_force_N"] == 0
     assert found["metrics"]["mpjpe_2d_px"] < 60
-    np.testing.assert_array_less(0.5, results.read(out).com_m[:, 2])
+    np.testing.assert_array_less(0.5, results.read_motion(out).com_m[:, 2])

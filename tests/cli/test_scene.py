@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, kinematics, pipeline, resources, results, softfloor
+from simrecon import cli, evidence, kinematics, resources, results, running, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.results import folder
-from simrecon.types import Evidence, Ground, Motion, Scene
+from simrecon.types import Ground, Motion, Scene
 
 FIRST_LINE = "ground           height_m 0.0, friction 0.9"
 
@@ -168,9 +167,9 @@ def finished(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_rerun_starts_from_the_finished_motion(
     finished: Path, clip: Path, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = folder.read(finished)
+    before = results.read_motion(finished)
     seen: list[Motion | None] = []
-    really = pipeline.reconstruct
+    really = running.reconstruct
 
     def watched(*args: object, start: Motion | None = None, **how: object) -> object:
         seen.append(start)
@@ -184,7 +183,7 @@ def test_rerun_starts_from_the_finished_motion(
     settings = ["--scene", str(file), "--threads", "1", "--plan", str(tmp_path / "hasty.toml")]
     anew, target = tmp_path / "anew", tmp_path / "again"
     assert cli.main(["run", str(clip), "-o", str(anew), *settings]) == 0
-    monkeypatch.setattr(pipeline, "reconstruct", watched)
+    monkeypatch.setattr(running, "reconstruct", watched)
     assert cli.main(["rerun", str(finished), "-o", str(target), *settings]) == 0
     assert seen[0] is not None
     np.testing.assert_array_equal(seen[0].ctrl, before.ctrl)
@@ -203,7 +202,7 @@ def test_rerun_needs_its_evidence(
     other = tmp_path / "other.npz"
     evidence.write(other, replace(evidence.read(clip), mass_kg=70.0))
     for words, said in (
-        (["--input", str(other)], "its sha256 differs"),
+        (["--input", str(other)], "its sha256 is not the one"),
         (["--input", "none.npz"], "--input says where it is"),
     ):
         assert cli.main(["rerun", str(finished), *words]) == 2
@@ -214,12 +213,12 @@ def test_rerun_needs_its_evidence(
 def test_a_fitted_floor_is_used_and_reported(
     clip: Path, file: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    motion = results.read(finished)
+    motion = results.read_motion(finished)
     trials = (softfloor.Trial(1e4, 200.0, 5.0), softfloor.Trial(2e4, 300.0, 4.0))
     ground = Ground(stiffness_Npm=2e4, damping_Nspm=300.0)
 
-    def calibrated(_: Evidence, things: Scene, *__: object, **___: object) -> softfloor.Calibration:
-        assert things.ground.stiffness_Npm == "fit"
+    def calibrated(_: object, scene: Scene, *__: object) -> softfloor.Calibration:
+        assert scene.ground.calibrate
         return softfloor.Calibration(ground, trials, motion, False)
 
     monkeypatch.setattr(softfloor, "calibrate", calibrated)
@@ -231,6 +230,6 @@ def test_a_fitted_floor_is_used_and_reported(
     assert said["stiffness_Npm"] == 2e4
     assert [trial["loss"] for trial in said["trials"]] == [5.0, 4.0]
     assert scenes.read(target / "scene.toml").ground == ground
-    found = results.read(target)
+    found = results.read_motion(target)
     assert found.qpos.shape[1] == 72
     assert np.abs(found.qpos[:, 71]).max() > 0.005
