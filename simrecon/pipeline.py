@@ -13,15 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import kinematics, replay, schedule
+from simrecon import engines, kinematics, replay, schedule
 from simrecon.body import Wanted
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
 from simrecon.engines import warm_start as starts
 from simrecon.engines import windows as clip
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import draft
-from simrecon.engines.sampling import search as sampling
 from simrecon.evidence import resample
 from simrecon.plan import Plan
 from simrecon.replay import Audit
@@ -97,18 +95,19 @@ def reconstruct(
 
     problem = problems.pose(fit, uniform, problems.mjcf(fit, clock, plan), clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    handover = sampling.start(problem)
+    handover = starts.from_fit(problem)
     if start is not None:
         problem, handover = starts.from_motion(problem, start)
     windows = schedule.cut(clock, plan)
     known: list[WindowResult] = []
     if checkpoint is not None:
         known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)
+    tracker = engines.make("sampling", problem, threads)
     if start is None and len(known) < len(windows):
-        problem = draft.drafted(problem, windows, handover, threads)
+        tracker.prepare(windows, handover)
     earlier_s = sum(result.seconds for result in known)
     solved = clip.solve(
-        sampling.Sampler(problem, threads),
+        tracker,
         windows,
         handover,
         seed,
@@ -119,8 +118,8 @@ def reconstruct(
     report("simulation", duration_s, duration_s)
     marks.append(time.perf_counter())
 
-    motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
+    motion, audit = replay.record(tracker.problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s
-    return Reconstruction(evidence, fit, problem, solved, motion, audit, seconds)
+    return Reconstruction(evidence, fit, tracker.problem, solved, motion, audit, seconds)

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from simrecon import resources
 from simrecon.errors import InputError
+from simrecon.optim.covariance import Covariance
 
 T = TypeVar("T")
 
@@ -25,9 +26,9 @@ STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
 
 
-def _range(low: float, high: float = _LARGEST) -> Any:
-    """A number from `low` to `high`, both valid."""
-    return field(metadata={"low": low, "high": high})
+def _range(low: float, high: float = _LARGEST, default: Any = dataclasses.MISSING) -> Any:
+    """A number from `low` to `high`, both valid; with a default, a plan may leave it out."""
+    return field(default=default, metadata={"low": low, "high": high})
 
 
 def _choice(*values: str) -> Any:
@@ -61,7 +62,7 @@ class WindowPlan:
 class Optimiser:
     """`[optimiser]`: CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
 
-    covariance: str = _choice("diagonal", "low_rank", "full")
+    covariance: Covariance
     population: int = _range(4, 100_000)
     generations: int = _range(0, 1_000_000)
     draft_steps: int = _range(0, 1000)
@@ -83,9 +84,12 @@ class Recovery:
     retries: int = _range(0, 10)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LossWeights:
-    """`[loss]`: weights of the loss of a rollout; 0 switches a term off."""
+    """`[loss]`: weights of the loss of a rollout; 0 switches a term off, as those are that may be left out.
+
+    Each has the name of its term in `simrecon.engines.sampling.terms`; what the papers lack is optional.
+    """
 
     com_position: float = _range(0.0)
     com_velocity: float = _range(0.0)
@@ -94,8 +98,8 @@ class LossWeights:
     prior: float = _range(0.0)
     total_variation: float = _range(0.0)
     joint_limit: float = _range(0.0)
-    landmark: float = _range(0.0)
-    landmark_velocity: float = _range(0.0)
+    landmark: float = _range(0.0, default=0.0)
+    landmark_velocity: float = _range(0.0, default=0.0)
     prior_model: str = _choice(*PRIORS)
     prior_rate_hz: float = _range(0.1, 1000.0)
     rate_hz: float = _range(1.0, 1000.0)
@@ -204,41 +208,45 @@ def to_dict(plan: Plan) -> dict[str, Any]:
 
 
 def _dataclass(kind: type[T], table: Any, path: str, section: str) -> T:
-    """Fill a dataclass from a TOML table: every field needed, no other key, types and ranges checked."""
+    """Fill a dataclass from a TOML table: every field without a default needed, no other key, all checked."""
     where = f"{path}: [{section}]" if section else f"{path}:"
     if not isinstance(table, dict):
         raise InputError(f"{where} must be a table, found {table!r}")
     fields = {item.name: item for item in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    _check_keys(where, table, fields)
+    needed = [name for name, item in fields.items() if item.default is dataclasses.MISSING]
+    _check_keys(where, table, fields, needed)
     types = typing.get_type_hints(kind)
     values = {}
-    for key, item in fields.items():
+    for key in (key for key in fields if key in table):
         if dataclasses.is_dataclass(types[key]):
             inner = f"{section}.{key}" if section else key
             values[key] = _dataclass(types[key], table[key], path, inner)
         else:
-            values[key] = _value(f"{where} {key}", table[key], types[key], item.metadata)
+            values[key] = _value(f"{where} {key}", table[key], types[key], fields[key].metadata)
     return kind(**values)
 
 
-def _check_keys(where: str, table: Mapping[str, Any], valid: Collection[str]) -> None:
+def _check_keys(
+    where: str, table: Mapping[str, Any], valid: Collection[str], needed: Collection[str]
+) -> None:
     for key in table:
         if key not in valid:
             raise InputError(f"{where} unknown key {key!r}{_hint(key, valid)}; valid: {', '.join(valid)}")
-    for key in valid:
+    for key in needed:
         if key not in table:
-            raise InputError(f"{where} lacks the key {key!r}; needed: {', '.join(valid)}")
+            raise InputError(f"{where} lacks the key {key!r}; needed: {', '.join(needed)}")
 
 
-def _value(where: str, value: Any, kind: type, rules: Mapping[str, Any]) -> Any:
+def _value(where: str, value: Any, kind: Any, rules: Mapping[str, Any]) -> Any:
     if kind is bool:
         if not isinstance(value, bool):
             raise InputError(f"{where} must be true or false, found {value!r}")
         return value
-    if kind is str:
+    literal = typing.get_origin(kind) is typing.Literal
+    if kind is str or literal:
         if not isinstance(value, str) or not value.strip():
             raise InputError(f"{where} must be text in quotes, found {value!r}")
-        choices = rules.get("choices")
+        choices = typing.get_args(kind) if literal else rules.get("choices")
         if choices and value not in choices:
             raise InputError(f"{where} must be one of {', '.join(choices)}, found {value!r}")
         return value
