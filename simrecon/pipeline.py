@@ -109,7 +109,8 @@ def reconstruct(
     tracker = engines.make(engine, problem, threads)
     if start is None and len(known) < len(pieces):
         tracker.prepare(pieces, handover)
-    solved = windows.solve(tracker, pieces, handover, seed, known, observer, checkpoint)
+    keep = None if checkpoint is None else checkpoint.save
+    solved = windows.solve(tracker, pieces, handover, seed, known, observer, keep)
     marks.append(time.perf_counter())
 
     motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)

@@ -14,6 +14,7 @@ from simrecon.errors import InputError
 from simrecon.io import tables, toml
 from simrecon.io.tables import choice, number, text
 from simrecon.io.values import hint
+from simrecon.optim.covariance import Covariance
 
 PRIORS = ("gaussian", "flow")
 """Names of the pose priors in `simrecon.prior`."""
@@ -47,7 +48,7 @@ class WindowPlan:
 class Optimiser:
     """`[optimiser]`: CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
 
-    covariance: str = choice("diagonal", "low_rank", "full")
+    covariance: Covariance
     population: int = number(4, 100_000)
     generations: int = number(0, 1_000_000)
     draft_steps: int = number(0, 1000)
@@ -69,9 +70,12 @@ class Recovery:
     retries: int = number(0, 10)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LossWeights:
-    """`[loss]`: weights of the loss of a rollout; 0 switches a term off."""
+    """`[loss]`: weights of the loss of a rollout; 0 switches a term off, as those are that may be left out.
+
+    Each has the name of its term in `simrecon.engines.sampling.terms`; what the papers lack is optional.
+    """
 
     com_position: float = number(0.0)
     com_velocity: float = number(0.0)
@@ -80,8 +84,8 @@ class LossWeights:
     prior: float = number(0.0)
     total_variation: float = number(0.0)
     joint_limit: float = number(0.0)
-    landmark: float = number(0.0)
-    landmark_velocity: float = number(0.0)
+    landmark: float = number(0.0, default=0.0)
+    landmark_velocity: float = number(0.0, default=0.0)
     prior_model: str = choice(*PRIORS)
     prior_rate_hz: float = number(0.1, 1000.0)
     rate_hz: float = number(1.0, 1000.0)

@@ -16,7 +16,7 @@ import pytest
 
 import simrecon
 from simrecon import cli, evidence, metrics, replay, resources, results
-from simrecon.engines.sampling.search import Sampler
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.evaluation import scores
 from simrecon.evidence import sides
 from simrecon.metrics.definitions import DEFINITIONS
