@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simrecon import pipeline
-from simrecon import scene as scenes
 from simrecon.body import Wanted
 from simrecon.engines.checkpoint import Store
 from simrecon.errors import InputError, SimreconError
@@ -75,7 +74,7 @@ def calibrate(
 
     Args:
         evidence: what one camera saw.
-        scene: whose ground has `stiffness_Npm = "fit"`.
+        scene: whose ground is to be calibrated, `stiffness_Npm = "fit"` in its file.
         plan: with which every trial is simulated.
         seed: of every trial, as `reconstruct`.
         threads: as `reconstruct`.
@@ -87,7 +86,7 @@ def calibrate(
         InputError: the ground's stiffness is not to be found, or the evidence can't be used.
         SimreconError: no trial could be simulated.
     """
-    if scene.ground.stiffness_Npm != scenes.FIT:
+    if not scene.ground.calibrate:
         raise InputError('[ground] stiffness_Npm is given; valid: "fit", to be found')
     mass_kg = evidence.mass_kg or USUAL_MASS_KG
     best: list[Motion] = []
@@ -123,7 +122,9 @@ def calibrate(
     if not best:
         raise SimreconError("soft floor: no floor between 3 and 300 kN/m could be simulated to the end")
     found = min(trials, key=lambda trial: trial.loss)
-    ground = replace(scene.ground, stiffness_Npm=found.stiffness_Npm, damping_Nspm=found.damping_Nspm)
+    ground = replace(
+        scene.ground, stiffness_Npm=found.stiffness_Npm, damping_Nspm=found.damping_Nspm, calibrate=False
+    )
     span = math.log(STIFFNESS_NPM[1] / STIFFNESS_NPM[0])
     edge = min(abs(math.log(found.stiffness_Npm / end)) for end in STIFFNESS_NPM) / span
     return Calibration(ground, tuple(trials), best[-1], edge < 0.03)
@@ -163,4 +164,4 @@ def golden(function: Callable[[float], float], low: float, high: float, evaluati
 
 def _ground(ground: Ground, stiffness: float, ratio: float, mass_kg: float) -> Ground:
     damping = ratio * 2 * math.sqrt(stiffness * mass_kg)
-    return replace(ground, stiffness_Npm=stiffness, damping_Nspm=damping)
+    return replace(ground, stiffness_Npm=stiffness, damping_Nspm=damping, calibrate=False)

@@ -193,9 +193,7 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
     reading_s = (time.perf_counter() - began) / float(times[-1] - times[0])
     length_s = inputs.plan.window.length_s + inputs.plan.window.commit_s
     piece = shortened(inputs.evidence, length_s)
-    scene = inputs.scene
-    if scene.ground.stiffness_Npm == scenes.FIT:
-        scene = replace(scene, ground=replace(scene.ground, stiffness_Npm=None, damping_Nspm=None))
+    scene = scenes.hard_floor(inputs.scene)
     with quiet():
         made = pipeline.reconstruct(piece, scene, inputs.plan, seed=clip.seed, threads=1)
         results.write(scratch, made, plan_name=clip.plan, seed=clip.seed, video=shown(clip))

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import pipeline, results, softfloor
-from simrecon import scene as scenes
 from simrecon.batch import failures, inputs, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
@@ -97,7 +96,7 @@ def _solve(
     given, scene, found = read.evidence, read.scene, None
     start: Motion | None = None
     began = time.perf_counter()
-    if scene.ground.stiffness_Npm == scenes.FIT:
+    if scene.ground.calibrate:
         found = softfloor.calibrate(given, scene, read.plan, **how)
         scene, start = replace(scene, ground=found.ground), found.motion
     made = pipeline.reconstruct(given, scene, read.plan, start=start, **how)

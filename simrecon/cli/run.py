@@ -155,7 +155,7 @@ def _make(
         how: dict[str, Any] = {"seed": options.seed, "threads": options.threads, "report": stages}
         if wanted is not None:
             how["wanted"] = wanted
-        if things.ground.stiffness_Npm == scene.FIT:
+        if things.ground.calibrate:
             found = softfloor.calibrate(given, things, settings, **how)
             things, start = replace(things, ground=found.ground), found.motion
         made = pipeline.reconstruct(given, things, settings, start=start, fit=fit, **how)
