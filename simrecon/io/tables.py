@@ -20,7 +20,7 @@ from simrecon.io.values import check_keys, shown
 
 __all__ = [
     "Key", "build", "check", "choice", "dumps", "from_text", "keys", "not_in_file", "number", "option",
-    "parse", "read", "text", "to_table",
+    "parse", "plain", "read", "text", "to_table",
 ]  # fmt: skip
 
 T = TypeVar("T")
@@ -49,18 +49,19 @@ def parse(kind: type[T], content: str, where: str) -> T:
     return build(kind, toml.loads(content, where), where)
 
 
-def build(kind: type[T], table: Any, where: str) -> T:
+def build(kind: type[T], table: Any, where: str, section: str = "") -> T:
     """A dataclass from its table.
 
     Args:
         kind: the dataclass.
         table: as `tomllib` gives it; a value may also be as the dataclass holds it.
         where: the file, and the part of it, for messages.
+        section: name of the table within it; empty: it has none.
 
     Raises:
         InputError: an unknown, missing or impossible value.
     """
-    result: T = _build(kind, table, where, "")
+    result: T = _build(kind, table, where, section)
     return result
 
 
@@ -116,16 +117,17 @@ def to_table(value: Any) -> dict[str, Any]:
     """The table of a dataclass, as TOML and JSON can hold it; what is None is left out."""
     kind: Any = type(value)
     table = {name: getattr(value, name) for name in keys(kind)}
-    return {name: _plain(entry) for name, entry in table.items() if entry is not None}
+    return {name: plain(entry) for name, entry in table.items() if entry is not None}
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value as TOML and JSON can hold it; what is None in a table is left out."""
     if dataclasses.is_dataclass(value):
         return to_table(value)
     if isinstance(value, Mapping):
-        return {key: _plain(entry) for key, entry in value.items() if entry is not None}
+        return {key: plain(entry) for key, entry in value.items() if entry is not None}
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
     return str(value) if isinstance(value, Path) else value
 
 

@@ -15,6 +15,7 @@ LARGEST = 1e12
 """Limit of a number without one of its own, so that it is finite at least."""
 _LARGEST_WHOLE = 2**63 - 1
 _SHOWN = 100
+_COUNTS = {2: "two", 3: "three", 4: "four"}
 _REFUSED = object()
 
 
@@ -130,8 +131,7 @@ def _noun(kind: Any, rules: Mapping[str, Any]) -> str:
         return " or ".join(_noun(entry, rules) for entry in (member, *others))
     origin, inner = typing.get_origin(member), typing.get_args(member)
     if origin is tuple:
-        count = "" if inner[-1] is ... else f" of {len(inner)}"
-        return f"a list{count}, each {_noun(inner[0], rules)}"
+        return _list_noun(inner, rules)
     if origin in (dict, Mapping):
         return "a table" if inner[1] is Any else f"a table, each value {_noun(inner[1], rules)}"
     if member in (int, float):
@@ -144,6 +144,13 @@ def _noun(kind: Any, rules: Mapping[str, Any]) -> str:
     if len(choices) == 1:
         return f'"{choices[0]}"'
     return f"one of {', '.join(choices)}" if choices else "text in quotes"
+
+
+def _list_noun(inner: tuple[Any, ...], rules: Mapping[str, Any]) -> str:
+    count = "" if inner[-1] is ... else f"{_COUNTS.get(len(inner), len(inner))} "
+    if inner[0] in (int, float):
+        return f"a list of {count}{'whole ' if inner[0] is int else ''}numbers{_limits(rules)}"
+    return f"a list{count and f' of {count}'.rstrip()}, each {_noun(inner[0], rules)}"
 
 
 def _limits(rules: Mapping[str, Any]) -> str:

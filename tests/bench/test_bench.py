@@ -239,7 +239,7 @@ def test_bad_suites(tmp_path: Path, old: str, new: str, message: str) -> None:
 def test_no_such_suite() -> None:
     with pytest.raises(
         InputError,
-        match=r"no suite 'mane', did you mean 'main'\?; valid: ablation, contact, force, kinematics, main, or a path",
+        match=r"no suite 'mane', did you mean 'main'\?; valid: ablation, contact, .*, or a path",
     ):
         suite.read("mane")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -74,7 +73,7 @@ def test_impossible_words_are_one_line_that_says_what_is_valid(words: list[str])
     assert "must be" in str(caught.value) or "choose from" in str(caught.value)
 
 
-def test_what_is_not_given_stays(tmp_path: Path) -> None:
+def test_what_is_not_given_stays() -> None:
     before = Job(
         "clip.npz",
         "out",

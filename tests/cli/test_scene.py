@@ -60,20 +60,31 @@ def test_a_scene_is_made_and_edited(file: Path, capsys: pytest.CaptureFixture[st
     assert "seat             chair at (-0.4, 0.7, 0) m, turned 0.5 rad" in capsys.readouterr().out
 
 
+def test_comments_and_order_stay(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    file.write_text(f"# the gym\n{text}# worn\n", encoding="utf-8")
+    assert run("add", file, "chair", "name=seat") == 0
+    assert run("set", file, "ground", "height_m=0.1") == 0
+    assert run("move", file, "seat", "by=0.5,0,0") == 0
+    changed = file.read_text(encoding="utf-8")
+    assert changed.startswith("# the gym\n[ground]\nheight_m = 0.1\nfriction = 0.9\n# worn\n\n[[item]]\n")
+    assert "position_m = [0.5, 0.0, 0.0]" in changed
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["add", "{}", "chiar"], "'chiar' is unknown, did you mean 'chair'?"),
         (["add", "{}", "box"], "lacks the key 'size_m'"),
-        (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be three numbers"),
+        (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be a list of three numbers above 0"),
         (["add", "{}", "wall", "mass_kg=3"], "a wall can't be moved"),
         (["add", "{}", "chair", "seat_hight_m=1"], "did you mean 'seat_height_m'?"),
-        (["set", "{}", "sofa", "yaw_rad=1"], "there is no thing 'sofa'; there: bench"),
+        (["set", "{}", "sofa", "yaw_rad=1"], "there is no item 'sofa'; there: bench"),
         (["set", "{}", "bench", "yaw_rad"], "found 'yaw_rad'; valid: KEY=VALUE"),
         (["set", "{}", "bench", "seat_height_m=low"], "seat_height_m must be a number"),
         (["set", "{}", "ground", "stiffness_Npm=2e4"], "needs damping_Nspm"),
         (["move", "{}", "bench", "up=1"], "unknown 'up'; valid: to, by, turn"),
-        (["move", "{}", "bench", "to=1,2"], "to must be three numbers"),
+        (["move", "{}", "bench", "to=1,2"], "to must be a list of three numbers"),
         (["remove", "{}", "bnch"], "did you mean 'bench'?"),
         (["new", "{}"], "is there already"),
         (["show", "{}", "-o", "x.jpg"], "valid: a name that ends in .png"),

@@ -154,7 +154,7 @@ def slips() -> list[tuple[str, str, str]]:
         ("[person]", 'drop = ["x"]\n[person]', "must be a list, each one of joints, camera, found ['x']"),
         ("[person]", 'note = ["x"]\n[person]', "note must be text in quotes, found ['x']"),
         ("[person]", "[settings]\na = true\n[person]", "settings must be a table, each value a number"),
-        ("[person]\n", "[person]\nat_px = [1]\n", "at_px must be a list of 2, each a number, found [1]"),
+        ("[person]\n", "[person]\nat_px = [1]\n", "at_px must be a list of two numbers, found [1]"),
         (LEAST, f"{LEAST}[legs]", "legs must be a list of tables, found {}"),
         (LEAST, f"{LEAST}{leg}{leg}long = 1", "[[legs]] 2 (left): unknown key 'long'"),
         (LEAST, LEAST + leg.replace("1", "3"), "[[legs]] 1 (left): length_m must be a number from 0.1 to 2"),
