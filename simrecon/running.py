@@ -112,7 +112,7 @@ def _sources(job: Job, observer: Observer) -> _Sources:
     seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
     for line in seen.reading.splitlines():
         observer.note(f"read as {line}")
-    if video == job.input and job.detected is None:
+    if job.detected is None and inputs.is_video(job):
         job, seen = _keep(job, seen, observer)
     if video is not None:
         overlay.check_video(video, seen.times_s, seen.camera)

@@ -30,7 +30,7 @@ from simrecon.types import Array, Evidence
 def _times_s(job: Job) -> Array:
     """Times of an input's frames; landmarks of a video are not looked for."""
     video = inputs.background(job)
-    if video != job.input:
+    if not inputs.is_video(job):
         seen = inputs.observe(job)
         if video is not None:
             overlay.check_video(video, seen.times_s, seen.camera)

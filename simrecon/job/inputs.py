@@ -23,8 +23,12 @@ Progress = Callable[[float, float], None]
 
 def background(job: Job) -> str | None:
     """The video that the overlay is drawn on: an input that is one, if no other is given."""
-    is_video = Path(job.input).is_file() and readers.is_video(job.input)
-    return job.input if job.video is None and is_video else job.video
+    return job.input if job.video is None and is_video(job) else job.video
+
+
+def is_video(job: Job) -> bool:
+    """Whether the input is a video."""
+    return Path(job.input).is_file() and readers.is_video(job.input)
 
 
 def observe(job: Job, progress: Progress | None = None) -> Evidence:

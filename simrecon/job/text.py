@@ -53,9 +53,12 @@ class Option:
         Raises:
             InputError: it stands for none; the message begins with `must be`.
         """
-        if self.rules.get("metavar") == "WxH":
-            word = re.sub(r"[xX×]", ",", word)
-        return self._checked(lambda: tables.from_text(self.key, word.strip(), ""))
+        plain = re.sub(r"[xX×]", ",", word) if self.rules.get("metavar") == "WxH" else word
+        try:
+            return self._checked(lambda: tables.from_text(self.key, plain.strip(), ""))
+        except InputError as error:  # the value that was read may not look like the word
+            valid = str(error).split(", found ")[0]
+            raise InputError(f"{valid}, found {word!r}") from error
 
     def check(self, value: Any) -> Any:
         """A value of TOML in the type of the option.

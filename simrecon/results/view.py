@@ -40,6 +40,8 @@ class Result:
             InputError: there is no such folder, or it is no result.
         """
         self.folder = Path(folder)
+        if not self.folder.is_dir():
+            raise InputError(f"{folder}: found no such folder; valid: a result folder, with {folders.MOTION}")
         if not (self.folder / folders.MOTION).is_file():
             raise InputError(f"{folder}: holds no {folders.MOTION}; valid: the folder of a result")
 

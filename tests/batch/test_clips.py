@@ -86,7 +86,7 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
         ('[[clip]]\ninput = "a.npz"\nmass_kg = 3\n', "mass_kg must be a number from"),
         ('[[clip]]\ninput = "a.npz"\nseed = 1.5\n', "seed must be a whole number"),
         ('[[clip]]\ninput = "a.npz"\nup = "w"\n', "up must be one of x, y, z"),
-        ('[[clip]]\ninput = "a.npz"\nperson_at = "7"\n', "person_at_px must be a list of 2"),
+        ('[[clip]]\ninput = "a.npz"\nperson_at = "7"\n', "person_at_px must be a list of two numbers"),
         ('[[clip]]\ninput = "a.npz"\nmodel = "big"\n', "model must be one of heavy, full"),
         ('[[clip]]\ninput = "a.npz"\nscene = "none.toml"\n', "scene: found no file"),
         ('[[clip]]\ninput = "a.npz"\nname = "a/b"\n', "valid: a file name such as 'a_b'"),

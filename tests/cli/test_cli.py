@@ -19,8 +19,11 @@ from simrecon import cli, evidence, metrics, replay, resources, results
 from simrecon.engines.sampling.sampler import Sampler
 from simrecon.evaluation import scores
 from simrecon.evidence import sides
+from simrecon.job import Job
+from simrecon.job import inputs as inputs_of_jobs
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.results import report
+from simrecon.sim.quiet import unwarned
 from simrecon.types import Evidence, Window, WindowResult, WindowStatus
 
 EXAMPLE = resources.folder("example")
@@ -80,7 +83,7 @@ def test_run_writes_a_result_and_says_what(
     assert cli.main(arguments(inputs, out, "--video", video, "--seed", "3", *person)) == 0
     shown = capsys.readouterr()
     files = sorted(path.name for path in out.iterdir())
-    assert files == ["model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
+    assert files == ["job.toml", "model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
     lines = dict(line.split(maxsplit=1) for line in shown.out.splitlines())
     assert lines["frames"] == f"{FRAMES} of {FRAMES} simulated"
     assert re.fullmatch(r"[\d.]+, mean of the windows", lines["loss"])
@@ -218,21 +221,19 @@ def test_an_error_on_a_terminal_has_a_line_of_its_own(
 
 def test_the_simulators_own_warnings_are_off_only_meanwhile(capfd: pytest.CaptureFixture[str]) -> None:
     before = mujoco.get_mju_user_warning()
-    with cli._quiet_simulator():
+    with unwarned():
         mujoco.get_mju_user_warning()("unstable")
     assert mujoco.get_mju_user_warning() is before
     assert capfd.readouterr() == ("", "")
 
 
-def test_names_in_any_case(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_names_in_any_case(inputs: Path, tmp_path: Path) -> None:
     given = evidence.read(inputs / "clip.npz")
     other = {"left_hip": "LHip", "right_hip": "RHip", "nose": "Nose"}
     renamed = tuple(other.get(name, name) for name in given.keypoint_names)
     evidence.write(tmp_path / "clip.npz", replace(given, keypoint_names=renamed))
-    passed: list[Evidence] = []
-    monkeypatch.setattr(cli.run, "_make", lambda _, found, *__, **___: passed.append(found) or 0)
-    assert cli.main(["run", str(tmp_path / "clip.npz"), "-o", "out"]) == 0
-    assert passed[0].keypoint_names == renamed
+    seen = inputs_of_jobs.observe(Job(str(tmp_path / "clip.npz"), "out"))
+    assert seen.keypoint_names == renamed
 
 
 def write_truth(path: Path, folder: Path, shift_m: float) -> None:

@@ -83,8 +83,8 @@ def test_retarget_simulates_the_motion_on_another_body(finished: Path, hasty: Pa
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "found no other body; valid: one or more of --betas"),
-        (["--mass-kg", "-3"], "valid: a number from"),
+        ([], "found no other body; valid: one or more of --height-m"),
+        (["--mass-kg", "-3"], "must be a number from"),
         (["--betas", "9"], "--betas: found [9.0]"),
         (["--mass-distribution", "heavy_feet"], "invalid choice: 'heavy_feet'"),
         (["--height-m", "1.5", "--plan", "qick"], "did you mean 'quick'?"),
