@@ -35,16 +35,15 @@ import mujoco.batch
 import numpy as np
 
 import simrecon
-from simrecon import evidence, kinematics, plan, schedule
-from simrecon.bench.suite import overridden
+from simrecon import evidence, kinematics, plan, planners, schedule
 from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import draft
-from simrecon.engines.sampling import search as sampling
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
-from simrecon.plan import Plan
+from simrecon.plan import Plan, overridden
 from simrecon.sim import rollout
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component
@@ -172,23 +171,27 @@ def load(data: Path, clip: str, settings: Plan, noisy: bool) -> tuple[KinematicF
     return fit, unseen
 
 
+def laid_out(fit: KinematicFit, seen: Evidence, settings: Plan) -> Problem:
+    """The problem of tracking a fit as it is."""
+    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
+    return problems.pose(fit, planners.plan("none", fit, seen, settings), seen, clock, settings)
+
+
 def track(
     fit: KinematicFit, seen: Evidence, settings: Plan, seed: int, threads: int
-) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array, list[Batch]]:
+) -> tuple[Sampler, tuple[WindowResult, ...], Array, list[Batch]]:
     """Solve a clip: the engine, its windows, the person's configurations (T, nq), and some of its batches."""
-    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
-    windows, handover = schedule.cut(clock, settings), sampling.start(problem)
-    sampler = sampling.Sampler(draft.drafted(problem, windows, handover, threads), threads)
+    problem = laid_out(fit, seen, settings)
+    windows, handover = schedule.cut(problem.clock, settings), warm_start.from_fit(problem)
+    sampler = Sampler(problem, threads)
+    sampler.prepare(windows, handover)
     batches = record(sampler.simulator)
-    results = engine.solve(
-        sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None
-    )
+    results = engine.solve(sampler, windows, handover, seed)
     if not results:
         raise SystemExit("the first window fell, whatever was tried")
     states = np.concatenate([results[0].states[:1]] + [result.states[1:] for result in results])
     qpos = component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)
-    return sampler, results, qpos[:: clock.stride, : fit.qpos.shape[1]], batches
+    return sampler, results, qpos[:: problem.clock.stride, : fit.qpos.shape[1]], batches
 
 
 def feasible(fit: KinematicFit, seen: Evidence, settings: Plan, threads: int) -> KinematicFit:

@@ -20,7 +20,6 @@ from simrecon import evidence, pipeline
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.drawing import overlay, video
-from simrecon.scene import files
 from simrecon.sim.address import locate
 from simrecon.types import Evidence, Scene
 
@@ -36,7 +35,7 @@ def boxes() -> Scene:
         size = (0.2 + 0.4 * rng.random(3)).tolist()
         place = [far * math.cos(angle), far * math.sin(angle), 0.0]
         table = {"name": f"box_{i}", "kind": "box", "position_m": place, "size_m": size, "yaw_rad": angle}
-        items.append(files.item(table, "bench"))
+        items.append(scenes.item(table, "bench"))
     return Scene(items=tuple(items))
 
 
@@ -69,7 +68,7 @@ def compare_trampolines(clip: Evidence, plan: plans.Plan, threads: int, picture:
             "damping_Nspm": 100.0 * math.sqrt(factor),
         }
         ground = scenes.parse("[ground]\nheight_m = -1.155\n").ground
-        scene = Scene(ground, (files.item(table, "bench"),))
+        scene = Scene(ground, (scenes.item(table, "bench"),))
         result = pipeline.reconstruct(clip, scene, plan, threads=threads)
         motion, own = result.motion, locate(result.problem.model)
         bed = motion.qpos[:, own.nq :]  # (T, tiles)

@@ -19,6 +19,7 @@ from simrecon import kinematics, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.geometry import rotations
+from simrecon.pipeline import reconstruct
 from simrecon.sim.address import locate
 from simrecon.sim.state import component, initial_state, simulate
 from simrecon.types import Array, Body, Evidence, Ground, Scene
@@ -54,6 +55,7 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=0.15)
     parser.add_argument("--plan", default="quick")
     options = parser.parse_args()
+    plan = plans.read(options.plan)
     person = bodies.build(bodies.scaled({}, 1.75), height_m=1.75, mass_kg=70.0, sole_m=SOLE_M)
     damping = options.ratio * 2 * math.sqrt(options.stiffness * 70.0)
     qpos = landing(person, Ground(stiffness_Npm=options.stiffness, damping_Nspm=damping), options.height)
@@ -70,8 +72,10 @@ def main() -> None:
         mass_kg=70.0,
         height_m=1.75,
     )
-    scene = Scene(Ground(stiffness_Npm="fit"))
-    calibration = softfloor.calibrate(evidence, scene, plans.read(options.plan), threads=2)
+    scene = Scene(Ground(calibrate=True))
+    calibration = softfloor.calibrate(
+        lambda trial, start: reconstruct(evidence, trial, plan, threads=2, start=start), scene, 70.0
+    )
     print(f"truth      {options.stiffness:8.0f} N/m {damping:7.0f} N s/m")
     for trial in calibration.trials:
         values = f"{trial.stiffness_Npm:8.0f} N/m {trial.damping_Nspm:7.0f} N s/m"

@@ -20,10 +20,10 @@ import mujoco.batch
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon import plan, schedule
+from simrecon import plan
 from simrecon import scene as scenes
-from simrecon.engines import problem as problems
-from simrecon.engines.sampling import search
+from simrecon.engines import warm_start
+from simrecon.engines.problem import Problem
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import simulate
 from simrecon.types import Array, Scene
@@ -78,8 +78,7 @@ def measured(
     """Steps per second of a clip by way."""
     fit, seen = sampling.load(data, clip, settings, noisy=False)
     fit = replace(fit, scene=scene)
-    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
+    problem = sampling.laid_out(fit, seen, settings)
     model, batches = problem.model, populations(problem)
     steps = sum(ctrl.shape[0] * ctrl.shape[1] for _, ctrl in batches)
     kept, spent = model.opt.disableflags & ~(NO_WARM_START | NO_ISLANDS), dict.fromkeys(WAYS, np.inf)
@@ -100,11 +99,11 @@ def measured(
     return {way: steps / seconds for way, seconds in spent.items()}
 
 
-def populations(problem: problems.Problem) -> list[tuple[Array, Array]]:
+def populations(problem: Problem) -> list[tuple[Array, Array]]:
     """States (nstate,) and controls (P, N, nu)."""
     rng, clock = np.random.default_rng(0), problem.clock
     window = round(WINDOW_S / clock.step_s)
-    states = simulate(problem.model, search.start(problem).state, problem.targets_rad[:-1])
+    states = simulate(problem.model, warm_start.from_fit(problem).state, problem.targets_rad[:-1])
     batches = []
     for first in range(0, clock.steps - window + 1, round(0.5 / clock.step_s)):
         noise = rng.standard_normal((POPULATION, window, problem.model.nu))

@@ -25,7 +25,9 @@ def main() -> None:
     parser.add_argument("result", type=Path, help="result folder of `simrecon demo`")
     parser.add_argument("frames", type=int, nargs="*", default=[5, 25, 85], help="which frames to show")
     options = parser.parse_args()
-    images = list(video.frames(options.result / "overlay.mp4", results.read(options.result).times_s))
+    images = list(
+        video.frames(options.result / "overlay.mp4", results.open_result(options.result).motion.times_s)
+    )
     height, width = images[0].shape[:2]
     part = slice(int(TOP * height), int(BOTTOM * height)), slice(int(LEFT * width), int(RIGHT * width))
     page = overlay.contact_sheet([images[frame][part] for frame in options.frames], len(options.frames))

@@ -25,13 +25,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import kinematics, plan, schedule
-from simrecon.bench.suite import overridden
-from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
 from simrecon.engines.sampling.descent import Descent
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.engines.sampling.task import Task
+from simrecon.sim.models import compile_text
 from simrecon.sim.poses import differentiate
 from simrecon.sim.state import component
 from simrecon.types import Array, Effort, Evidence, KinematicFit, Window, WindowResult, WindowStatus
@@ -92,20 +92,18 @@ def main() -> None:
 def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str, Any]:
     """One clip in one way."""
     settings = bench.changed(plan.read("default"), options.set)
-    settings = overridden(settings, BASE | WAYS[way], "way")
+    settings = plan.overridden(settings, BASE | WAYS[way], "way")
     fit, seen = bench.load(options.data, clip, settings, noisy=False)
     began = time.process_time()
     problem = pose(fit, seen, settings, way)
-    sampler = sampling.Sampler(problem, options.threads)
-    windows, start = schedule.cut(problem.clock, settings), sampling.start(problem)
+    sampler = Sampler(problem, options.threads)
+    windows, start = schedule.cut(problem.clock, settings), warm_start.from_fit(problem)
     if way.startswith("growing"):
         results = grown(problem, sampler, int(way.split()[2]))
         windows = tuple(result.window for result in results)
     else:
         with by_strength(problem) if "strength" in way else contextlib.nullcontext():
-            results = engine.solve(
-                sampler, windows, start, seed, begin=lambda _window: None, keep=lambda _result: None
-            )
+            results = engine.solve(sampler, windows, start, seed)
     seconds = problem.clock.steps * problem.clock.step_s
     row = {"clip": clip, "way": way, "seed": seed, "windows": len(results), "of": len(windows)}
     row |= {"steps_per_s": sampler.simulator.steps / seconds}
@@ -113,9 +111,9 @@ def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str
     return row | {"mpjpe_g_mm": 1e3 * off(problem, fit, results) if len(results) == len(windows) else None}
 
 
-def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[WindowResult, ...]:
+def grown(problem: Problem, sampler: Sampler, descents: int) -> tuple[WindowResult, ...]:
     """One window from the start of the clip, whose end goes on by `GROW_S`: all knots so far are free."""
-    clock, start = problem.clock, sampling.start(problem)
+    clock, start = problem.clock, warm_start.from_fit(problem)
     first, by = (round(s / clock.frame_s) * clock.stride for s in (problem.plan.window.length_s, GROW_S))
     ends = [*range(first, clock.steps, by), clock.steps]
     best: Descent | None = None
@@ -134,9 +132,13 @@ def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[W
         best = descent
     if best is None:
         raise SystemExit("a clip of no steps")
+    committed = best.task.commit(best.x)
     return (
-        best.task.commit(
-            best.x,
+        WindowResult(
+            window=best.task.window,
+            ctrl=committed.ctrl,
+            states=committed.states,
+            handover=committed.handover,
             loss=best.loss,
             loss_terms=best.terms,
             trace=np.zeros(1),
@@ -163,11 +165,10 @@ def off(problem: Problem, fit: KinematicFit, results: Any) -> float:
 
 def pose(fit: KinematicFit, seen: Evidence, settings: plan.Plan, way: str) -> Problem:
     """The problem of a way."""
-    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    text = problems.mjcf(fit, clock, settings)
+    problem = bench.laid_out(fit, seen, settings)
     if way.startswith("implicitfast"):
-        text = text.replace('integrator="discrete"', 'integrator="implicitfast"')
-    problem = problems.pose(fit, seen, text, clock, settings)
+        text = problem.mjcf.replace('integrator="discrete"', 'integrator="implicitfast"')
+        problem = replace(problem, mjcf=text, model=compile_text(text))
     if way == "inverse dynamics first":
         problem = replace(problem, targets_rad=problem.targets_rad + feed_forward(problem))
     return problem

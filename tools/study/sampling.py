@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 
 from simrecon import plan, schedule
-from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
 from simrecon.engines.sampling.descent import Descent
-from simrecon.engines.sampling.search import Sampler, _Search
+from simrecon.engines.sampling.sampler import Sampler
+from simrecon.engines.sampling.search import PATIENCE, Search
 from simrecon.engines.sampling.task import Task
 from simrecon.plan import Plan
 from simrecon.types import Array, Handover, Window
@@ -102,17 +102,15 @@ def task(data: Path, clip: str, threads: int, paper: bool) -> tuple[Problem, Win
     settings = plan.read("default")
     settings = replace(settings, loss=replace(settings.loss, landmark_velocity=0.0))
     fit, seen = bench.load(data, clip, settings, noisy=False)
-    clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
-    problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
-    handover, sampler = sampling.start(problem), Sampler(problem, threads)
+    problem = bench.laid_out(fit, seen, settings)
+    clock = problem.clock
+    handover, sampler = warm_start.from_fit(problem), Sampler(problem, threads)
     for window in schedule.cut(clock, settings):
         if window.start_step * clock.step_s >= START_S:
             break
         handover = sampler.solve(window, handover, np.random.default_rng([0, window.index])).handover
     if paper:
-        problem = problems.pose(
-            fit, seen, problem.mjcf, clock, replace(settings, loss=plan.read("paper").loss)
-        )
+        problem = bench.laid_out(fit, seen, replace(settings, loss=plan.read("paper").loss))
     return problem, window, handover
 
 
@@ -133,7 +131,7 @@ def search(
     return result.steps.astype(float), result.trace
 
 
-Generation = Callable[[_Search, Task, Descent, list[float]], tuple[_Search, float]]
+Generation = Callable[[Search, Task, Descent, list[float]], tuple[Search, float]]
 
 
 def _by_hand(
@@ -147,7 +145,7 @@ def _by_hand(
         descent.step()
         steps.append(float(simulator.steps))
         losses.append(descent.loss)
-    state = _Search(descent, np.random.default_rng(0))
+    state = Search(descent, np.random.default_rng(0))
     since = [state.loss]
     optimiser, length = problem.plan.optimiser, window.end_step - window.start_step + 1
     most = steps[-1] + optimiser.generations * optimiser.population * length
@@ -159,16 +157,14 @@ def _by_hand(
     return np.array(steps), np.array(losses)
 
 
-def _race(state: _Search, work: Task, _descent: Descent, _since: list[float]) -> tuple[_Search, float]:
+def _race(state: Search, work: Task, _descent: Descent, _since: list[float]) -> tuple[Search, float]:
     """All samples over the first half of the window, the better ones over the second."""
     clock = work.problem.clock
     middle = (work.window.start_step + work.window.end_step) // (2 * clock.stride) * clock.stride
     half = Task(work.problem, replace(work.window, end_step=middle), work.handover)
     samples = state.es.ask()
     rows, count = half.shape[0] * half.shape[1], len(samples)
-    moves = samples if state._root is None else samples @ state._root
-    x = np.clip(state._origin + moves * state._scale, state._low, state._high)
-    terms, finite = half.evaluate(state.simulator, x[:, :rows])
+    terms, finite = half.evaluate(state.simulator, state.unknowns(samples)[:, :rows])
     first = np.where(finite, sum(terms.values()), np.inf)
     order = np.argsort(first)
     kept, lost = np.split(order, [int(RACE_KEPT * count)])
@@ -182,15 +178,15 @@ def _race(state: _Search, work: Task, _descent: Descent, _since: list[float]) ->
     return state, float(count * ahead + len(kept) * (length - ahead))
 
 
-def _restart(state: _Search, work: Task, descent: Descent, since: list[float]) -> tuple[_Search, float]:
+def _restart(state: Search, work: Task, descent: Descent, since: list[float]) -> tuple[Search, float]:
     """A plain generation; at rest, begin again from the best point with twice the population (IPOP)."""
-    recent = since[-sampling.PATIENCE - 1 :]
-    if len(recent) > sampling.PATIENCE and recent[0] - recent[-1] <= 5e-3 * recent[-1]:
+    recent = since[-PATIENCE - 1 :]
+    if len(recent) > PATIENCE and recent[0] - recent[-1] <= 5e-3 * recent[-1]:
         optimiser = replace(work.problem.plan.optimiser, population=2 * state.es.population)
         doubled = replace(work.problem, plan=replace(work.problem.plan, optimiser=optimiser))
         task = Task(doubled, work.window, work.handover)
         best = replace(descent, task=task, x=state.x, loss=state.loss, terms=state.terms)
-        state = _Search(best, np.random.default_rng(state.es.population))
+        state = Search(best, np.random.default_rng(state.es.population))
         since.clear()
     before = state.simulator.steps
     state.generation()
