@@ -1,6 +1,7 @@
-"""The main job, from evidence to simulated motion; read this first.
+"""From evidence to a simulated motion; read this first.
 
-    evidence ─► resample ─► kinematics.fit ─► scene.build ─► schedule.cut ─► engine, by window ─► record
+    evidence ─► resample ─► kinematics.fit ─► planner ─► problem ─► tracker, by window ─► replay
+    Evidence                 KinematicFit     Reference   Problem        WindowResult      Motion
 
 Data goes one way. Between windows only a `Handover` passes: the exact state of the simulation, and the knots.
 """
@@ -8,52 +9,45 @@ Data goes one way. Between windows only a `Handover` passes: the exact state of 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import kinematics, replay, schedule
+from simrecon import engines, kinematics, planners, replay, schedule
 from simrecon.body import Wanted
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
-from simrecon.engines import warm_start as starts
-from simrecon.engines import windows as clip
+from simrecon.engines import warm_start, windows
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import draft
-from simrecon.engines.sampling import search as sampling
 from simrecon.evidence import resample
+from simrecon.observer import SILENT, Observer
 from simrecon.plan import Plan
 from simrecon.replay import Audit
 from simrecon.scene import check
 from simrecon.sim.rollout import Threads
-from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult
-
-Report = Callable[[str, float, float], None]
-"""Called with the stage, how much of it is done and how much there is, in seconds of video."""
-
-
-def _silent(_stage: str, _done: float, _total: float) -> None:
-    """The report of a run that nobody watches."""
+from simrecon.types import Evidence, KinematicFit, Motion, Reference, Scene, WindowResult
 
 
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """All that a run made.
+    """All that was computed for a clip, stage by stage.
 
     Attributes:
-        evidence: as it was given; fit: the kinematic half; problem: what the engine worked on.
-        windows: solved, in order; motion: what was simulated; audit: of the final replay.
-        seconds: wall time by stage.
+        evidence: as it was read; fit: the kinematic half; reference: what the planner made of it.
+        problem: what the engine worked on; windows: solved, in order.
+        motion: what was simulated; audit: of the final replay.
+        seconds: wall time by stage; cpu_s: processor time of all stages.
     """
 
     evidence: Evidence
     fit: KinematicFit
+    reference: Reference
     problem: Problem
     windows: tuple[WindowResult, ...]
     motion: Motion
     audit: Audit
     seconds: dict[str, float]
+    cpu_s: float
 
 
 def reconstruct(
@@ -61,13 +55,16 @@ def reconstruct(
     scene: Scene,
     plan: Plan,
     *,
+    planner: str = "none",
+    engine: str = "sampling",
     seed: int = 0,
     threads: Threads = 0,
-    wanted: Wanted | None = None,
-    report: Report = _silent,
+    shape: Wanted | None = None,
+    observer: Observer = SILENT,
     start: Motion | None = None,
-    checkpoint: checkpoints.Store | None = None,
     fit: KinematicFit | None = None,
+    checkpoint: checkpoints.Store | None = None,
+    identity: str = "",
 ) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
@@ -75,52 +72,50 @@ def reconstruct(
         evidence: what one camera saw.
         scene: what the person may touch.
         plan: how the clip is cut and optimised.
-        seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
+        planner: name of what turns the kinematic fit into the reference (`planners.names()`).
+        engine: name of what optimises the simulation (`engines.names()`).
+        seed: of all random numbers; the result depends on nothing else, not even on `threads`.
         threads: of the simulator, 0 for one per core; a function is asked again and again.
-        wanted: the body's shape, as far as it is known; None: the proportions of the average.
-        report: told of the progress.
+        shape: of the body, as far as it is known; None: the proportions of the average.
+        observer: hears of the progress, and may end the run.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
-        checkpoint: where solved windows are kept, and taken from; None: nowhere.
         fit: the kinematic half on the uniform clock of the evidence, if it is known; None: it is fitted.
+        checkpoint: where solved windows are kept, and taken from; None: nowhere.
+        identity: of the job and the code, without which a checkpoint is of another run.
 
     Raises:
-        InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
+        InputError: the evidence, the scene, the shape or the motion to start from can't be used, or there is
+            no such planner or engine.
     """
-    marks = [time.perf_counter()]
+    planners.check(planner)
+    engines.check(engine)
+    marks, cpu_s = [time.perf_counter()], time.process_time()
     uniform, grid = resample(evidence)
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
-    duration_s = clock.steps * clock.step_s
-    report("kinematic fit", 0.0, duration_s)
+    observer.stage("kinematic fit", 0.0, clock.duration_s)
     if fit is None:
-        fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
+        fit = kinematics.fit(uniform, scene, plan.kinematics, shape)
+    reference = planners.plan(planner, fit, uniform, plan)
     marks.append(time.perf_counter())
 
-    problem = problems.pose(fit, uniform, problems.mjcf(fit, clock, plan), clock, plan)
+    problem = problems.pose(fit, reference, uniform, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    handover = sampling.start(problem)
-    if start is not None:
-        problem, handover = starts.from_motion(problem, start)
-    windows = schedule.cut(clock, plan)
+    problem, handover = warm_start.begin(problem, start)
+    pieces = schedule.cut(clock, plan)
     known: list[WindowResult] = []
     if checkpoint is not None:
-        known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)
-    if start is None and len(known) < len(windows):
-        problem = draft.drafted(problem, windows, handover, threads)
-    earlier_s = sum(result.seconds for result in known)
-    solved = clip.solve(
-        sampling.Sampler(problem, threads),
-        windows,
-        handover,
-        seed,
-        solved=known,
-        begin=lambda window: report("simulation", window.start_step * clock.step_s, duration_s),
-        keep=lambda result: None if checkpoint is None else checkpoint.save(result),
-    )
-    report("simulation", duration_s, duration_s)
+        known = checkpoint.restore(checkpoints.digest(problem, handover, seed, identity), pieces)
+    observer.resumed(known, pieces)
+    tracker = engines.make(engine, problem, threads)
+    if start is None and len(known) < len(pieces):
+        tracker.prepare(pieces, handover)
+    keep = None if checkpoint is None else checkpoint.save
+    solved = windows.solve(tracker, pieces, handover, seed, known, observer, keep)
     marks.append(time.perf_counter())
 
     motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
-    seconds["simulation"] += earlier_s
-    return Reconstruction(evidence, fit, problem, solved, motion, audit, seconds)
+    seconds["simulation"] += sum(result.seconds for result in known)
+    cpu_s = time.process_time() - cpu_s
+    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, cpu_s)

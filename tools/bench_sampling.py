@@ -37,15 +37,14 @@ import references
 
 import simrecon
 from simrecon import evidence, kinematics, plan, schedule
-from simrecon.bench.suite import overridden
 from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import draft
-from simrecon.engines.sampling import search as sampling
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
-from simrecon.plan import Plan
+from simrecon.plan import Plan, overridden
 from simrecon.sim import rollout
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component
@@ -174,12 +173,13 @@ def given(data: Path, clip: str, settings: Plan, noisy: bool) -> tuple[Kinematic
 
 def track(
     fit: KinematicFit, seen: Evidence, settings: Plan, seed: int, threads: int
-) -> tuple[sampling.Sampler, tuple[WindowResult, ...], Array, list[Batch]]:
+) -> tuple[Sampler, tuple[WindowResult, ...], Array, list[Batch]]:
     """Solve a clip: the engine, its windows, the person's configurations (T, nq), and some of its batches."""
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
     problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
-    windows, handover = schedule.cut(clock, settings), sampling.start(problem)
-    sampler = sampling.Sampler(draft.drafted(problem, windows, handover, threads), threads)
+    windows, handover = schedule.cut(clock, settings), warm_start.from_fit(problem)
+    sampler = Sampler(problem, threads)
+    sampler.prepare(windows, handover)
     batches = record(sampler.simulator)
     results = engine.solve(
         sampler, windows, handover, seed, begin=lambda _window: None, keep=lambda _result: None

@@ -70,7 +70,7 @@ def main() -> None:
         mass_kg=70.0,
         height_m=1.75,
     )
-    scene = Scene(Ground(stiffness_Npm="fit"))
+    scene = Scene(Ground(calibrate=True))
     found = softfloor.calibrate(evidence, scene, plans.read(options.plan), threads=2)
     print(f"truth      {options.stiffness:8.0f} N/m {damping:7.0f} N s/m")
     for trial in found.trials:

@@ -24,7 +24,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon import plan, schedule
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
-from simrecon.engines.sampling import search as sampling
+from simrecon.engines import warm_start
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import simulate
 from simrecon.types import Array, Scene
@@ -104,7 +104,7 @@ def populations(problem: problems.Problem) -> list[tuple[Array, Array]]:
     """States (nstate,) and controls (P, N, nu)."""
     rng, clock = np.random.default_rng(0), problem.clock
     window = round(WINDOW_S / clock.step_s)
-    states = simulate(problem.model, sampling.start(problem).state, problem.targets_rad[:-1])
+    states = simulate(problem.model, warm_start.from_fit(problem).state, problem.targets_rad[:-1])
     found = []
     for first in range(0, clock.steps - window + 1, round(0.5 / clock.step_s)):
         noise = rng.standard_normal((POPULATION, window, problem.model.nu))

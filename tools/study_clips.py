@@ -28,10 +28,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from simrecon import kinematics, plan, schedule
 from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines import windows as engine
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
 from simrecon.engines.sampling.descent import Descent
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.engines.sampling.task import Task
 from simrecon.sim.poses import differentiate
 from simrecon.sim.state import component
@@ -96,8 +97,8 @@ def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str
     fit, seen = bench_sampling.given(options.data, clip, settings, noisy=False)
     began = time.process_time()
     problem = pose(fit, seen, settings, way)
-    sampler = sampling.Sampler(problem, options.threads)
-    windows, start = schedule.cut(problem.clock, settings), sampling.start(problem)
+    sampler = Sampler(problem, options.threads)
+    windows, start = schedule.cut(problem.clock, settings), warm_start.from_fit(problem)
     if way.startswith("growing"):
         results = grown(problem, sampler, int(way.split()[2]))
         windows = [result.window for result in results]
@@ -113,9 +114,9 @@ def run(options: argparse.Namespace, clip: str, way: str, seed: int) -> dict[str
     return said | {"mpjpe_g_mm": 1e3 * off(problem, fit, results) if len(results) == len(windows) else None}
 
 
-def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[WindowResult, ...]:
+def grown(problem: Problem, sampler: Sampler, descents: int) -> tuple[WindowResult, ...]:
     """One window from the start of the clip, whose end goes on by `GROW_S`: all knots so far are free."""
-    clock, start = problem.clock, sampling.start(problem)
+    clock, start = problem.clock, warm_start.from_fit(problem)
     first, by = (round(s / clock.frame_s) * clock.stride for s in (problem.plan.window.length_s, GROW_S))
     ends = [*range(first, clock.steps, by), clock.steps]
     best: Descent | None = None
@@ -134,9 +135,13 @@ def grown(problem: Problem, sampler: sampling.Sampler, descents: int) -> tuple[W
         best = descent
     if best is None:
         raise SystemExit("a clip of no steps")
+    committed = best.task.commit(best.x)
     return (
-        best.task.commit(
-            best.x,
+        WindowResult(
+            window=best.task.window,
+            ctrl=committed.ctrl,
+            states=committed.states,
+            handover=committed.handover,
             loss=best.loss,
             loss_terms=best.terms,
             trace=np.zeros(1),

@@ -23,10 +23,11 @@ import numpy as np
 
 from simrecon import plan, schedule
 from simrecon.engines import problem as problems
+from simrecon.engines import warm_start
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
 from simrecon.engines.sampling.descent import Descent
-from simrecon.engines.sampling.search import Sampler, _Search
+from simrecon.engines.sampling.sampler import Sampler
+from simrecon.engines.sampling.search import PATIENCE, Search
 from simrecon.engines.sampling.task import Task
 from simrecon.plan import Plan
 from simrecon.types import Array, Handover, Window
@@ -104,7 +105,7 @@ def task(data: Path, clip: str, threads: int, paper: bool) -> tuple[Problem, Win
     fit, seen = bench_sampling.given(data, clip, settings, noisy=False)
     clock = schedule.clock(fit.times_s, settings.simulation.timestep_max_s)
     problem = problems.pose(fit, seen, problems.mjcf(fit, clock, settings), clock, settings)
-    handover, sampler = sampling.start(problem), Sampler(problem, threads)
+    handover, sampler = warm_start.from_fit(problem), Sampler(problem, threads)
     for window in schedule.cut(clock, settings):
         if window.start_step * clock.step_s >= START_S:
             break
@@ -133,7 +134,7 @@ def search(
     return result.steps.astype(float), result.trace
 
 
-Generation = Callable[[_Search, Task, Descent, list[float]], tuple[_Search, float]]
+Generation = Callable[[Search, Task, Descent, list[float]], tuple[Search, float]]
 
 
 def _by_hand(
@@ -147,7 +148,7 @@ def _by_hand(
         descent.step()
         steps.append(float(simulator.steps))
         losses.append(descent.loss)
-    found = _Search(descent, np.random.default_rng(0))
+    found = Search(descent, np.random.default_rng(0))
     since = [found.loss]
     optimiser, length = problem.plan.optimiser, window.end_step - window.start_step + 1
     most = steps[-1] + optimiser.generations * optimiser.population * length
@@ -159,16 +160,14 @@ def _by_hand(
     return np.array(steps), np.array(losses)
 
 
-def _race(found: _Search, work: Task, _descent: Descent, _since: list[float]) -> tuple[_Search, float]:
+def _race(found: Search, work: Task, _descent: Descent, _since: list[float]) -> tuple[Search, float]:
     """All samples over the first half of the window, the better ones over the second."""
     clock = work.problem.clock
     middle = (work.window.start_step + work.window.end_step) // (2 * clock.stride) * clock.stride
     half = Task(work.problem, replace(work.window, end_step=middle), work.handover)
     samples = found.es.ask()
     rows, count = half.shape[0] * half.shape[1], len(samples)
-    moves = samples if found._root is None else samples @ found._root
-    x = np.clip(found._origin + moves * found._scale, found._low, found._high)
-    terms, finite = half.evaluate(found.simulator, x[:, :rows])
+    terms, finite = half.evaluate(found.simulator, found.unknowns(samples)[:, :rows])
     first = np.where(finite, sum(terms.values()), np.inf)
     order = np.argsort(first)
     kept, lost = np.split(order, [int(RACE_KEPT * count)])
@@ -182,15 +181,15 @@ def _race(found: _Search, work: Task, _descent: Descent, _since: list[float]) ->
     return found, float(count * ahead + len(kept) * (length - ahead))
 
 
-def _restart(found: _Search, work: Task, descent: Descent, since: list[float]) -> tuple[_Search, float]:
+def _restart(found: Search, work: Task, descent: Descent, since: list[float]) -> tuple[Search, float]:
     """A plain generation; at rest, begin again from the best point with twice the population (IPOP)."""
-    recent = since[-sampling.PATIENCE - 1 :]
-    if len(recent) > sampling.PATIENCE and recent[0] - recent[-1] <= 5e-3 * recent[-1]:
+    recent = since[-PATIENCE - 1 :]
+    if len(recent) > PATIENCE and recent[0] - recent[-1] <= 5e-3 * recent[-1]:
         optimiser = replace(work.problem.plan.optimiser, population=2 * found.es.population)
         doubled = replace(work.problem, plan=replace(work.problem.plan, optimiser=optimiser))
         task = Task(doubled, work.window, work.handover)
         best = replace(descent, task=task, x=found.x, loss=found.loss, terms=found.terms)
-        found = _Search(best, np.random.default_rng(found.es.population))
+        found = Search(best, np.random.default_rng(found.es.population))
         since.clear()
     before = found.simulator.steps
     found.generation()

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.bench import statics, tables
-from simrecon.bench.suite import Check, Suite
+from simrecon.bench.schema import Check, Suite
 from simrecon.bench.task import RESULT, Task, execute, failed, tasks
 from simrecon.errors import InputError
-from simrecon.export import picture
+from simrecon.exports import picture
 from simrecon.io import provenance
 from simrecon.system import processor
 

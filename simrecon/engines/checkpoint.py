@@ -95,8 +95,15 @@ class Folder:
         return self.path / self.digest[:16] / f"window_{window.index:05d}.npz"
 
 
-def digest(problem: Problem, handover: Handover, seed: int) -> str:
-    """Hash of all that the windows of a run depend on: the problem, where it starts, seed and versions."""
+def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") -> str:
+    """Hash of all that the windows of a run depend on.
+
+    Args:
+        problem: what is solved.
+        handover: where it starts.
+        seed: of all random numbers.
+        identity: of the job and the code.
+    """
     found = hashlib.sha256()
     for item in dataclasses.fields(problem):
         value = getattr(problem, item.name)
@@ -109,6 +116,7 @@ def digest(problem: Problem, handover: Handover, seed: int) -> str:
         "clock": dataclasses.asdict(problem.clock),
         "every": problem.every,
         "seed": seed,
+        "identity": identity,
         "versions": [simrecon.__version__, mujoco.__version__, version("numpy")],
     }
     found.update(json.dumps(rest, sort_keys=True).encode())

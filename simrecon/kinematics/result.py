@@ -93,7 +93,7 @@ def _reprojection_px(evidence: Evidence, camera: Camera | None, marks: Array) ->
 
 def configurations(person: Body, qpos: Array) -> tuple[Array, Array]:
     """Centre of mass (T, 3) and landmark points (T, M, 3) of configurations qpos (T, nq), m."""
-    model = models.compiled(person.mjcf)
+    model = models.compile_text(person.mjcf)
     own = locate(model)
     marks, com = poses.sites_and_com(model, qpos, own.sites(model, person.skeleton.point_names), own.body)
     return com, marks

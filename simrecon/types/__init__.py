@@ -12,7 +12,7 @@ from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera
 from simrecon.types.evidence import Evidence
 from simrecon.types.motion import Motion, Report
-from simrecon.types.reference import KinematicFit
+from simrecon.types.reference import KinematicFit, Reference
 from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
 from simrecon.types.window import Effort, Handover, Window, WindowResult, WindowStatus
 
@@ -29,6 +29,7 @@ __all__ = [
     "KinematicFit",
     "Motion",
     "Primitive",
+    "Reference",
     "Report",
     "Scene",
     "SceneItem",

@@ -8,10 +8,10 @@ from simrecon.sim import models
 
 
 def test_a_text_becomes_a_model() -> None:
-    model = models.compiled("<mujoco><worldbody><body><geom size='.1'/></body></worldbody></mujoco>")
+    model = models.compile_text("<mujoco><worldbody><body><geom size='.1'/></body></worldbody></mujoco>")
     assert (model.nbody, model.ngeom) == (2, 1)
 
 
 def test_an_error_in_a_text_is_an_error() -> None:
     with pytest.raises(ValueError, match="nowhere"):
-        models.compiled("<mujoco><worldbody><nowhere/></worldbody></mujoco>")
+        models.compile_text("<mujoco><worldbody><nowhere/></worldbody></mujoco>")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +17,19 @@ from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from simrecon.sim.state import initial_state, simulate
 from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Scene, Window, WindowResult
 from tests.support.window_results import solved
 
 HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
+
+
+def job_of(output: Path, **changes: Any) -> Job:
+    """The job that the squat is said to be of."""
+    settings: dict[str, Any] = {"plan": plans.read("quick"), "seed": 3, "threads": 1}
+    return Job("squat.npz", str(output), **(settings | changes))
 
 
 @dataclass(frozen=True, eq=False)

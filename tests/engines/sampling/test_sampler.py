@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
 from simrecon import kinematics, schedule
+from simrecon.engines import warm_start
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
 from simrecon.engines.sampling.descent import Descent
-from simrecon.engines.sampling.search import Sampler, _Search
+from simrecon.engines.sampling.sampler import Sampler
+from simrecon.engines.sampling.search import PATIENCE, Search
 from simrecon.engines.sampling.task import Task
 from simrecon.geometry import splines
 from simrecon.plan import Plan
-from simrecon.sim.state import component, initial_state, simulate
+from simrecon.sim.state import initial_state, qpos_of, simulate
 from simrecon.types import Array, Handover, WindowResult, WindowStatus
 
 
 def solve(problem: Problem, plan: Plan, *, threads: int = 1, seed: int = 0) -> list[WindowResult]:
-    sampler, handover = Sampler(problem, threads), sampling.start(problem)
+    sampler, handover = Sampler(problem, threads), warm_start.from_fit(problem)
     rng, results = np.random.default_rng(seed), []
     for window in schedule.cut(problem.clock, plan):
         results.append(sampler.solve(window, handover, rng))
@@ -34,8 +34,8 @@ def as_simulated(problem: Problem, fit, knots: Array) -> Problem:
     clock, spacing = problem.clock, problem.plan.window.knot_spacing_s
     times_s = np.arange(clock.steps) * clock.step_s
     ctrl = problem.targets_rad[:-1] + splines.basis(times_s, spacing, len(knots)) @ knots
-    states = simulate(problem.model, sampling.start(problem).state, ctrl)
-    qpos = component(problem.model, states, mujoco.mjtState.mjSTATE_QPOS)[:: clock.stride]
+    states = simulate(problem.model, warm_start.from_fit(problem).state, ctrl)
+    qpos = qpos_of(problem.model, states)[:: clock.stride]
     com, points = kinematics.configurations(fit.body, qpos)
     return replace(problem, orientations=qpos[:, 3:].reshape(len(qpos), 17, 4), com_m=com, points_m=points)
 
@@ -44,7 +44,7 @@ def test_known_knots_are_recovered(make) -> None:
     plan = make.settings(population=24, generations=300)
     fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
-    start = sampling.start(problem)
+    start = warm_start.from_fit(problem)
     truth = np.random.default_rng(5).uniform(-0.3, 0.3, problem.draft_rad.shape)
     problem = as_simulated(problem, fit, truth)
     (window,) = schedule.cut(problem.clock, plan)
@@ -107,7 +107,7 @@ def test_windows_hand_over_exactly(problem: Problem, plan: Plan, results: list[W
     assert len(results) == len(windows) == 3
     ctrl = schedule.stitch(tuple(results))
     assert ctrl.shape == (problem.clock.steps, 48)
-    states = simulate(problem.model, sampling.start(problem).state, ctrl)
+    states = simulate(problem.model, warm_start.from_fit(problem).state, ctrl)
     for window, result in zip(windows, results, strict=True):
         assert result.window == window
         np.testing.assert_array_equal(result.states, states[window.start_step : window.commit_step + 1])
@@ -131,7 +131,7 @@ def test_a_window_is_never_worse_than_the_kinematic_targets_alone(
     problem: Problem, plan: Plan, results: list[WindowResult]
 ) -> None:
     window = schedule.cut(problem.clock, plan)[0]
-    task = Task(problem, window, sampling.start(problem))
+    task = Task(problem, window, warm_start.from_fit(problem))
     terms, _ = task.evaluate(Sampler(problem, 1).simulator, np.zeros((1, len(task.warm_start()))))
     assert results[0].trace[0] <= sum(terms.values())[0] * (1 + 1e-9)
 
@@ -143,7 +143,7 @@ def test_terms_that_are_switched_off_are_left_out(results: list[WindowResult]) -
 
 
 def test_a_window_in_which_everything_diverges_fails(problem: Problem, plan: Plan) -> None:
-    start = sampling.start(problem)
+    start = warm_start.from_fit(problem)
     velocity = np.zeros(problem.model.nv)
     velocity[6:] = 1e12
     wild = initial_state(problem.model, problem.qpos[0], velocity)
@@ -170,9 +170,9 @@ def test_a_window_ends_when_its_loss_is_at_rest(make) -> None:
     assert ended.status is WindowStatus.AT_REST
     count = len(ended.trace)
     np.testing.assert_array_equal(ended.trace[:-1], whole.trace[: count - 1])
-    improved = whole.trace[: -sampling.PATIENCE] - whole.trace[sampling.PATIENCE :]  # over ten generations
-    first = int(np.argmax(improved <= 0.5 * whole.trace[sampling.PATIENCE :]))
-    assert count == first + sampling.PATIENCE + 1
+    improved = whole.trace[:-PATIENCE] - whole.trace[PATIENCE:]  # over ten generations
+    first = int(np.argmax(improved <= 0.5 * whole.trace[PATIENCE:]))
+    assert count == first + PATIENCE + 1
 
 
 def test_a_window_ends_when_its_steps_are_small(make) -> None:
@@ -201,16 +201,16 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make) -> No
     problem = make.clip(plan)
     (window,) = schedule.cut(problem.clock, plan)
     sampler = Sampler(problem, 1)
-    descent = Descent.begin(Task(problem, window, sampling.start(problem)), sampler.simulator)
+    descent = Descent.begin(Task(problem, window, warm_start.from_fit(problem)), sampler.simulator)
     assert descent.step()
     rises = {}
     for spread in (0.1, 1.0):
         task = Task(
             replace(problem, plan=replace(plan, optimiser=replace(plan.optimiser, spread=spread))),
             window,
-            sampling.start(problem),
+            warm_start.from_fit(problem),
         )
-        search = _Search(replace(descent, task=task), np.random.default_rng(0))
+        search = Search(replace(descent, task=task), np.random.default_rng(0))
         rises[spread] = float(np.median(search.consider(search.es.ask()))) / descent.loss - 1.0
     assert 0 < rises[0.1] < 0.5 * rises[1.0]
     assert rises[1.0] < 10.0
@@ -219,12 +219,11 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make) -> No
 def test_the_first_state_may_be_free(make) -> None:
     plan = make.settings(length_s=0.2, overlap_s=0.1, population=8, generations=3, start=0.02)
     problem = make.clip(plan)
-    given = sampling.start(problem).state
+    kinematic = warm_start.from_fit(problem).state
     results = solve(problem, plan)
-    assert np.abs(results[0].states[0] - given).max() > 1e-3
+    assert np.abs(results[0].states[0] - kinematic).max() > 1e-3
     np.testing.assert_array_equal(results[1].states[0], results[0].states[-1])
-    part = mujoco.mjtState.mjSTATE_QPOS
-    before, after = (component(problem.model, state, part) for state in (given, results[0].states[0]))
+    before, after = (qpos_of(problem.model, state) for state in (kinematic, results[0].states[0]))
     assert 0 < np.abs(after - before).max() < 0.3
     quats = after[3:].reshape(17, 4)
     np.testing.assert_allclose(np.linalg.norm(quats, axis=1), 1.0, atol=1e-12)

@@ -1,22 +1,19 @@
-"""A result as files of other programs.
+"""BVH: y up, centimetres, the skeleton in T-pose that faces z.
 
-BVH: y up, centimetres, the skeleton in T-pose that faces z. Rotations are about z, x, y, in this order. A BVH
-joint turns G = G_parent R about x = x_parent + G_parent offset, as our segments do with R = rest q.
+Rotations are about z, x, y, in this order. A BVH joint turns G = G_parent R about x = x_parent +
+G_parent offset, as our segments do with R = rest q.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
-from simrecon.errors import InputError
 from simrecon.evidence.mocap import names
+from simrecon.exports.clock import uniform_motion
 from simrecon.geometry import rotations
-from simrecon.results import folder as folders
-from simrecon.results import kinematic
+from simrecon.results import Result
 from simrecon.types import Array, Body, Skeleton
 
 WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -29,32 +26,10 @@ ENDS = {"head": "nose", "left_wrist": "left_index", "right_wrist": "right_index"
 TOE_LENGTH_M = 0.05
 
 
-def write(folder: Path | str, formats: tuple[str, ...], target: Path | str | None = None) -> list[Path]:
-    """Write the simulated motion of a result in other formats.
-
-    Args:
-        folder: of the result.
-        formats: names of `FORMATS`.
-        target: folder to write to; the result's own if None.
-
-    Returns:
-        The files written, `motion.<format>`.
-
-    Raises:
-        InputError: it is no result, there is no such format, or the folder can't be written.
-    """
-    if unknown := [name for name in formats if name not in FORMATS]:
-        raise InputError(f"--to: found {', '.join(unknown)}; valid: {', '.join(FORMATS)}")
-    motion, body = folders.read(folder), kinematic.person(folder)
-    times_s = kinematic.uniform(motion.times_s)[0].times_s
-    qpos = kinematic.on_clock(motion.times_s, motion.qpos[:, : kinematic.coordinates(body)], times_s)
-    place = Path(folder if target is None else target)
-    written = []
-    for name in formats:
-        path = place / f"motion.{name}"
-        _put(path, FORMATS[name](body, qpos, float(times_s[1] - times_s[0])))
-        written.append(path)
-    return written
+def write(result: Result) -> bytes:
+    """The simulated motion of a result as BVH, at a uniform frame rate."""
+    times_s, qpos = uniform_motion(result)
+    return bvh(result.body, qpos, float(times_s[1] - times_s[0]))
 
 
 def bvh(body: Body, qpos: Array, interval_s: float) -> bytes:
@@ -79,10 +54,6 @@ def bvh(body: Body, qpos: Array, interval_s: float) -> bytes:
     head = ["HIERARCHY", *_joint(skeleton, 0, "")]
     motion = ["MOTION", f"Frames: {len(qpos)}", f"Frame Time: {interval_s:.9f}"]
     return "\n".join([*head, *motion, *rows, ""]).encode("ascii")
-
-
-FORMATS: dict[str, Callable[[Body, Array, float], bytes]] = {"bvh": bvh}
-"""Writers by the name that the command line knows: body, qpos (T, nq), frame interval in s → the file."""
 
 
 def euler_zxy(matrices: Array) -> Array:
@@ -134,16 +105,3 @@ def _named(name: str) -> str:
     """What a segment is called in the file."""
     left: str = names.table("bvh")[name.replace("right_", "left_", 1)]
     return left.replace("Left", "Right", 1) if name.startswith("right_") else left
-
-
-def _put(path: Path, content: bytes) -> None:
-    """Write a file aside and rename it."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(content)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: can't be written ({error.strerror or error})") from error
-    finally:
-        partial.unlink(missing_ok=True)

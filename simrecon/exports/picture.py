@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from simrecon.drawing import overlay, video
 from simrecon.errors import InputError
 from simrecon.replay import SIMULATED
-from simrecon.results import folder as folders
+from simrecon.results import open_result
 from simrecon.types import IntArray, Motion
 
 WORDS = ("lowest", "highest", "hardest")
@@ -35,18 +34,10 @@ def write(result: Path | str, target: Path | str, at: Sequence[str]) -> IntArray
     """
     if Path(target).suffix.lower() != ".png":
         raise InputError(f"{target}: is no .png; valid: a name that ends in .png")
-    motion = folders.read(result)
+    opened = open_result(result)
+    motion = opened.motion
     chosen = np.array([frame(motion, word) for word in at])
-    model = mujoco.MjModel.from_xml_path(str(Path(result) / folders.MODEL))
-    clip = overlay.Clip(
-        model=model,
-        times_s=motion.times_s,
-        qpos=motion.qpos,
-        contact_point_m=motion.contact_point_m,
-        contact_force_N=motion.contact_force_N,
-        status=motion.status,
-    )
-    video.write_image(target, overlay.sheet(clip, tile_px=TILE_PX, frames=chosen))
+    video.write_image(target, overlay.sheet(opened.clip(), tile_px=TILE_PX, frames=chosen))
     return chosen
 
 

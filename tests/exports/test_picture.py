@@ -11,12 +11,13 @@ import pytest
 
 from simrecon import cli, results
 from simrecon.errors import InputError
-from simrecon.export import picture
+from simrecon.exports import picture
+from tests.support.runs import job_of
 
 
 @pytest.fixture
 def folder(run: Any, tmp_path: Path) -> Path:
-    results.write(tmp_path / "out", run, plan_name="quick", seed=3)
+    results.write(job_of(tmp_path / "out"), run)
     return tmp_path / "out"
 
 

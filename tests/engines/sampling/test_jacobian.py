@@ -9,10 +9,9 @@ import pytest
 
 from simrecon import kinematics, schedule
 from simrecon import scene as scenes
+from simrecon.engines import warm_start
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import descent
-from simrecon.engines.sampling import search as sampling
-from simrecon.engines.sampling.descent import Descent
+from simrecon.engines.sampling import jacobian
 from simrecon.engines.sampling.task import Task
 from simrecon.geometry import camera as cameras
 from simrecon.optim import gauss_newton
@@ -63,29 +62,24 @@ def test_the_jacobian_is_that_of_whole_rollouts(make, threads: int, kind: str) -
     plan = make.settings(population=20, start=0.02, **losses)
     problem = clip(make, plan, kind)
     (window,) = schedule.cut(problem.clock, plan)
-    task, simulator = (
-        Task(problem, window, sampling.start(problem)),
-        Simulator(problem.model, 20, threads),
-    )
-    begun = Descent.begin(task, simulator)
-    begun.x += np.random.default_rng(0).normal(size=len(begun.x)) * 0.1 * task.deviations()
-    scale = task.deviations()
-    curvature, gradient = begun._linearise(scale)
+    task = Task(problem, window, warm_start.from_fit(problem))
+    simulator, scale = Simulator(problem.model, 20, threads), task.deviations()
+    x = task.warm_start() + np.random.default_rng(0).normal(size=len(scale)) * 0.1 * scale
+    slopes = jacobian.linearise(task, simulator, x, scale)
 
-    here = task.residuals(
-        simulator.run(task.states(begun.x[None]), task.control(begun.x[None]), task.at_steps)
-    )
+    here = task.residuals(simulator.run(task.states(x[None]), task.control(x[None]), task.at_steps))
     roots = [term.roots() for term in here]
     residual = gauss_newton.residuals(here, roots).ravel()
-    jacobian = []
-    for k in range(len(begun.x)):
-        moved = begun.x.copy()
-        moved[k] += descent.DIFFERENCE * scale[k]
+    rows = []
+    for k in range(len(x)):
+        moved = x.copy()
+        moved[k] += jacobian.DIFFERENCE * scale[k]
         rolled = simulator.run(task.states(moved[None]), task.control(moved[None]), task.at_steps)
-        found = gauss_newton.residuals(task.residuals(rolled), roots).ravel()
-        jacobian.append((found - residual) / descent.DIFFERENCE)
-    expected = np.array(jacobian)
-    np.testing.assert_allclose(gradient, expected @ residual, rtol=1e-9, atol=1e-9)
+        after = gauss_newton.residuals(task.residuals(rolled), roots).ravel()
+        rows.append((after - residual) / jacobian.DIFFERENCE)
+    expected = np.array(rows)
+    np.testing.assert_allclose(slopes.gradient, expected @ residual, rtol=1e-9, atol=1e-9)
     squares = expected @ expected.T
-    np.testing.assert_allclose(curvature, squares, rtol=1e-4, atol=1e-6 * squares.max())
-    np.testing.assert_array_equal(curvature, curvature.T)
+    np.testing.assert_allclose(slopes.curvature, squares, rtol=1e-4, atol=1e-6 * squares.max())
+    np.testing.assert_array_equal(slopes.curvature, slopes.curvature.T)
+    assert 2 < slopes.evaluations < 2 + len(x)
