@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import subprocess
 import sys
 import time
@@ -25,7 +24,7 @@ from simrecon.bench.schema import Clip, Suite, Variant
 from simrecon.body import names
 from simrecon.errors import InputError, SimreconError
 from simrecon.evaluation import fitted, scores
-from simrecon.io import provenance
+from simrecon.io import atomic, provenance
 from simrecon.plan import Plan
 from simrecon.types import Evidence, Scene
 
@@ -125,7 +124,7 @@ def _execute(task: Task) -> dict[str, Any]:
             threads=task.threads,
             input_name=given.name,
         )
-        _write(record, json.dumps({"key": key, "cpu_s": time.process_time() - began}) + "\n")
+        atomic.write_json(record, {"key": key, "cpu_s": time.process_time() - began})
         status = "done"
     table = scores.score(folder, truth, given)
     content = table.as_dict()
@@ -158,7 +157,7 @@ def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[st
         began = time.process_time()
         fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
         fitted.write(path, fit, time.process_time() - began)
-        _write(record, json.dumps({"key": key}) + "\n")
+        atomic.write_json(record, {"key": key})
         status = "done"
     table = scores.score_fit(path, truth, given)
     said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
@@ -272,9 +271,3 @@ def _run(folder: Path, record: Path) -> dict[str, float]:
         "replay_exact": said["audit"]["replay_exact"],
     }
     return {name: float(value) for name, value in found.items() if value is not None}
-
-
-def _write(target: Path, content: str) -> None:
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    partial.write_text(content, encoding="utf-8")
-    os.replace(partial, target)

@@ -6,7 +6,6 @@ joint turns G = G_parent R about x = x_parent + G_parent offset, as our segments
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.evidence.mocap import names
 from simrecon.geometry import rotations
+from simrecon.io import atomic
 from simrecon.results import folder as folders
 from simrecon.results import kinematic
 from simrecon.types import Array, Body, Skeleton
@@ -137,13 +137,7 @@ def _named(name: str) -> str:
 
 
 def _put(path: Path, content: bytes) -> None:
-    """Write a file aside and rename it."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    """Write a file, in a folder that is made if need be."""
+    with atomic.reported(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(content)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: can't be written ({error.strerror or error})") from error
-    finally:
-        partial.unlink(missing_ok=True)
+        atomic.write_bytes(path, content)
