@@ -27,6 +27,7 @@ from simrecon.batch.work import Assignment
 from simrecon.errors import SimreconError
 from simrecon.io import provenance
 from simrecon.io.provenance import code_digest
+from simrecon.system import signals
 
 GRACE_S = 60.0
 """After the time to end, running clips have so long to reach their next window."""
@@ -81,7 +82,7 @@ def run(
     run_id = uuid.uuid4().hex[:12]
     try:
         places.root.mkdir(parents=True, exist_ok=True)
-        with ahead.interruptible(), journal.locked(places, run_id):
+        with signals.interruptible(), journal.locked(places, run_id):
             book = Journal(places.events)
             with contextlib.closing(book), ahead.crew(settings, len(clips), run_id) as crew:
                 return _Night(crew, places, book, settings, run_id, say, progress).work(clips)

@@ -6,7 +6,6 @@ All is written to disk; what is returned is small: figures, paths and messages.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import re
 import shutil
 import time
@@ -26,7 +25,7 @@ from simrecon.io.provenance import code_digest
 from simrecon.observer import Observer
 from simrecon.results import Result
 from simrecon.running import run
-from simrecon.system import memory
+from simrecon.system import locks, memory
 from simrecon.types import Motion, Window, WindowResult
 
 FREE_MIN_BYTES = 1 << 20
@@ -199,14 +198,10 @@ def _alone(places: Places, job: Assignment) -> Iterator[None]:
     path = places.clip_lock(job.clip.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as stream:
-        while True:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if not journal.check_alive(places, job.run):
-                    raise failures.StoppedError(f"{job.clip.name}: the batch is gone") from None
-                time.sleep(_LOCK_INTERVAL_S)
+        while not locks.acquire(stream):
+            if not journal.check_alive(places, job.run):
+                raise failures.StoppedError(f"{job.clip.name}: the batch is gone")
+            time.sleep(_LOCK_INTERVAL_S)
         yield
 
 

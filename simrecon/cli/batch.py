@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import re
 import sys
 import time
@@ -20,6 +19,7 @@ from simrecon.cli import arguments, options
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import InputError
 from simrecon.system import processor
+from simrecon.system.memory import total_bytes
 from simrecon.system.progress import Progress, duration
 
 EXIT_INTERRUPTED = 130
@@ -105,7 +105,7 @@ def _settings(parsed: argparse.Namespace, count: int) -> Settings:
     memory = int(parsed.memory_gib * GIB) if parsed.memory_gib else 0
     if not memory and parsed.scheduler is None:
         jobs = parsed.jobs or min(processor.cores(), count)
-        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // max(jobs, 1)
+        memory = total_bytes() // max(jobs, 1)
     return Settings(
         output=Path(parsed.output),
         jobs=parsed.jobs,

@@ -122,12 +122,14 @@ def digests(folder: Path) -> Digests:
         arrays = {key: archive[key] for key in sorted(archive.files)}
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     fit = {"kinematic_qpos": arrays["kinematic_qpos"]}
-    said = [report["kinematics"][key] for key in ("iterations", "loss_terms", "reprojection_median_px")]
+    summary = [report["kinematics"][key] for key in ("iterations", "loss_terms", "reprojection_median_px")]
     windows = [[window["loss"], window["loss_terms"]] for window in report["windows"]]
     return {
         "motion": _of_arrays(PUBLISHED, arrays),
         "model": hashlib.sha256((folder / "model.xml").read_bytes()).hexdigest(),
-        "fit": _of_arrays(tuple(fit), fit, json.dumps([said, report["person"]["height_m"]], sort_keys=True)),
+        "fit": _of_arrays(
+            tuple(fit), fit, json.dumps([summary, report["person"]["height_m"]], sort_keys=True)
+        ),
         "losses": hashlib.sha256(json.dumps(windows, sort_keys=True).encode()).hexdigest(),
     }
 

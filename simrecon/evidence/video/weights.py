@@ -169,7 +169,7 @@ def run(command: Sequence[str], cwd: Path) -> None:
     """
     try:
         done = subprocess.run(
-            command,
+            (shutil.which(command[0]) or command[0], *command[1:]),  # on Windows npm is a script
             cwd=cwd,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
