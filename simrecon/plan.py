@@ -12,7 +12,7 @@ from typing import Any
 from simrecon import resources
 from simrecon.errors import InputError
 from simrecon.io import tables, toml
-from simrecon.io.tables import choice, number, text
+from simrecon.io.tables import choice, number, option, text
 from simrecon.io.values import hint
 from simrecon.optim.covariance import Covariance
 
@@ -124,17 +124,17 @@ class Kinematics:
     evaluations: int = number(1, 1_000_000)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Plan:
     """All settings of a run; `name` is the one by which it was read."""
 
     purpose: str = text()
-    simulation: Simulation
-    window: WindowPlan
-    optimiser: Optimiser
-    recovery: Recovery
-    loss: LossWeights
-    kinematics: Kinematics
+    simulation: Simulation = option()
+    window: WindowPlan = option()
+    optimiser: Optimiser = option()
+    recovery: Recovery = option()
+    loss: LossWeights = option()
+    kinematics: Kinematics = option()
     name: str = tables.not_in_file("", compare=False)
 
 

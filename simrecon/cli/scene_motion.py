@@ -101,7 +101,7 @@ def _fitted(options: argparse.Namespace, scene: Scene, floating: bool = False) -
     uniform, _ = resample(seen)
     weights = plan.read(PLAN).kinematics
     if floating:
-        weights = replace(weights, contact=0.0, penetration=0.0, balance=0.0)
+        weights = kinematics.floating(weights)
     return kinematics.fit(uniform, scene, weights)
 
 

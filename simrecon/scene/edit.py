@@ -98,10 +98,8 @@ class Edited:
         path = self._path if path is None else Path(path)
         content = "".join(self._blocks)
         scene = files.parse(content, path)
-        try:
+        with atomic.reported(path):
             atomic.write_text(path, content.replace("\n", self._newline))
-        except OSError as error:
-            raise atomic.cannot_write(path, error) from error
         return scene
 
     def _index(self, name: str) -> int:

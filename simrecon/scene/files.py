@@ -77,7 +77,5 @@ def write(scene: Scene, path: Path | str) -> None:
     Raises:
         InputError: the file can't be written.
     """
-    try:
+    with atomic.reported(path):
         atomic.write_text(path, dumps(scene))
-    except OSError as error:
-        raise atomic.cannot_write(path, error) from error

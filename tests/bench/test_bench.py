@@ -217,7 +217,7 @@ def test_shipped_suites_are_valid(name: str) -> None:
         (
             "seeds = [0, 1]",
             "seeds = [-1]",
-            r"seeds must be a list, each a whole number from 0 to 9.22337e\+18, found \[-1\]",
+            r"seeds must be a list of whole numbers from 0 to 9.22337e\+18, found \[-1\]",
         ),
         ('"loss.prior"', '"loss.pryor"', "plan: unknown key 'loss.pryor', did you mean 'loss.prior'"),
         ('prior" = 0.0', 'prior" = "a"', "prior must be a number"),

@@ -15,7 +15,7 @@ from simrecon.drawing import canvas
 from simrecon.drawing.painter import Clip, Painter, View
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.kinematics.fitting import configurations
+from simrecon.kinematics import configurations
 from simrecon.types import Array, Body, Camera
 from tools import CHECKOUT
 

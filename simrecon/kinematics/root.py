@@ -1,4 +1,4 @@
-"""Where the kinematic fit starts: root orientation from the trunk, root position from the image, limbs."""
+"""Where the root starts: its orientation from the trunk, its position from the image."""
 
 from __future__ import annotations
 
@@ -9,19 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon.body.skeleton import t_pose_m
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.kinematics import forward
 from simrecon.types import Array, Camera, Skeleton
-
-# Limb segment, the point that its bone leads to, the point beyond, and where the next bone turns when the
-# joint between bends.
-LIMBS = (
-    ("shoulder", "elbow", "wrist", (1.0, 0.0, 0.0)),
-    ("elbow", "wrist", None, None),
-    ("hip", "knee", "ankle", (-1.0, 0.0, 0.0)),
-    ("knee", "ankle", None, None),
-    ("ankle", "toe", None, None),
-)
-PRIOR_WEIGHT = 0.05
 
 TRUNK = ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
 
@@ -38,7 +26,7 @@ def filled(values: Array, known: NDArray[np.bool_]) -> Array:
     return np.stack(columns, axis=1)
 
 
-def root_orientation(skeleton: Skeleton, joints_m: Array, weights: Array) -> Array:
+def orientation(skeleton: Skeleton, joints_m: Array, weights: Array) -> Array:
     """Orientation of the pelvis (T, 3, 3) that best turns a T-pose's trunk into that of the 3D estimate.
 
     Args:
@@ -64,71 +52,7 @@ def root_orientation(skeleton: Skeleton, joints_m: Array, weights: Array) -> Arr
     return rotations.matrix(quats)
 
 
-def limb_rotations(skeleton: Skeleton, base: Array, joints_m: Array, weights: Array, neutral: Array) -> Array:
-    """Rotation vectors (17, T, 3) that turn the limbs to the bone directions of the 3D estimate.
-
-    Every limb segment is turned from its relaxed orientation, held weakly, to the direction of its bone and,
-    as far as the next joint is bent, to the plane in which that joint bends. The trunk stays relaxed.
-
-    Args:
-        skeleton: gives bones and rest orientations.
-        base: (T, 3, 3) orientation of the pelvis.
-        joints_m: (M, T, 3) by point.
-        weights: (M, T), zero where unknown.
-        neutral: (16, 3) rotation vectors of the relaxed stance.
-    """
-    frames = len(base)
-    rotvecs = np.zeros((len(skeleton.names), frames, 3))
-    rotvecs[1:] = neutral[:, None]
-    at = {name: row for row, name in enumerate(skeleton.point_names)}
-    for segment, end, beyond, bend in LIMBS:
-        for side in ("left", "right"):
-            b = skeleton.names.index(f"{side}_{segment}")
-            pose = forward.forward(skeleton, np.zeros((frames, 3)), base, rotvecs, 1.0)
-            rows = [at[f"{side}_{name}"] for name in (segment, end, beyond) if name]
-            known = np.all(weights[rows] > 0, axis=0)  # (T,)
-            start_m, end_m = joints_m[rows[0]], joints_m[rows[1]]
-            bone = _unit(end_m - start_m)  # (T, 3)
-            source = [_unit(_bone(skeleton, f"{side}_{end}")), *np.eye(3)]
-            target = [bone, *np.moveaxis(pose.axes[b], -1, 0)]
-            weight = [np.ones(frames), *(np.full(frames, PRIOR_WEIGHT) for _ in range(3))]
-            if beyond:
-                following = _unit(joints_m[rows[2]] - end_m)
-                across = following - np.sum(following * bone, axis=-1, keepdims=True) * bone
-                source.append(np.array(bend))
-                target.append(_unit(across))
-                weight.append(np.sum(across**2, axis=-1))
-            turned = rotations.align(
-                np.broadcast_to(np.array(source), (frames, len(source), 3)),
-                np.stack(target, axis=1),
-                np.stack(weight, axis=1),
-            )
-            local = rotations.log(
-                rotations.from_matrix(np.swapaxes(pose.before[b], -1, -2) @ turned)
-            )  # (T, 3)
-            low, high = skeleton.limits_rad[b - 1, :, 0], skeleton.limits_rad[b - 1, :, 1]
-            if known.any():
-                rotvecs[b] = filled(np.clip(local, low, high), known)
-    return rotvecs
-
-
-def _bone(skeleton: Skeleton, end: str) -> Array:
-    """From the origin of the segment before to a point, in that segment's frame."""
-    if end in skeleton.names:
-        return np.asarray(skeleton.offsets_m[skeleton.names.index(end)])
-    bone: Array = skeleton.point_offsets_m[skeleton.point_names.index(end)]
-    return bone
-
-
-def _unit(vectors: Array) -> Array:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: Array = vectors / np.maximum(length, 1e-9)
-    return unit
-
-
-def root_position(
-    rays: Array, weights: Array, joints_m: Array, camera: Camera, smooth_frames: float
-) -> Array:
+def position(rays: Array, weights: Array, joints_m: Array, camera: Camera, smooth_frames: float) -> Array:
     """Translation (T, 3) that puts the root-relative 3D estimate where the image has it.
 
     For each frame the linear equations u (z + t_z) = x + t_x, v (z + t_z) = y + t_y in the camera's frame are
