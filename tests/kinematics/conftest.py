@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.layout import SEGMENTS, Variables
 from simrecon.kinematics.observations import Observations
 from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.terms import PLANNED
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, Ground, Scene, SceneItem, Skeleton
 
@@ -137,32 +139,34 @@ def make() -> Makers:
 
 @pytest.fixture(scope="session")
 def weights() -> Kinematics:
-    return Kinematics(
-        shape=True,
-        poses=True,
-        ground=True,
-        temporal=True,
-        seed_frames=0,
-        keypoint=1.0,
-        keypoint_scale_px=6.0,
-        joint=0.3,
-        joint_scale_m=0.1,
-        place=0.5,
-        place_scale_m=0.2,
-        smooth_com=0.1,
-        smooth_position=0.1,
-        smooth_rotation=0.05,
-        travel_position=0.01,
-        travel_rotation=0.05,
-        prior=0.002,
-        prior_model="gaussian",
-        limit=1.0,
-        penetration=1.0,
-        contact=2.0,
-        still=0.1,
-        balance=0.5,
-        evaluations=400,
-    )
+    values: dict[str, Any] = {
+        "shape": True,
+        "poses": True,
+        "ground": True,
+        "temporal": True,
+        "seed_frames": 0,
+        "keypoint": 1.0,
+        "keypoint_scale_px": 6.0,
+        "joint": 0.3,
+        "joint_scale_m": 0.1,
+        "place": 0.5,
+        "place_scale_m": 0.2,
+        "smooth_com": 0.1,
+        "smooth_position": 0.1,
+        "smooth_rotation": 0.05,
+        "travel_position": 0.01,
+        "travel_rotation": 0.05,
+        "prior": 0.002,
+        "prior_model": "gaussian",
+        "limit": 1.0,
+        "penetration": 1.0,
+        "contact": 2.0,
+        "still": 0.1,
+        "balance": 0.5,
+        "evaluations": 400,
+    }
+    # a term that is not named here counts, too
+    return Kinematics(**{term.name: 1.0 for term in PLANNED} | values)
 
 
 @pytest.fixture(scope="session")
