@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, pipeline, schedule
+from simrecon import kinematics, pipeline, planners, schedule
 from simrecon import plan as plans
-from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.geometry import camera as cameras
@@ -134,7 +133,8 @@ def standing() -> Held:
         loss={},
     )
     clock = schedule.clock(evidence.times_s, 0.01)
-    problem = problems.pose(fit, evidence, scenes.build(body.mjcf, scene, clock.step_s), clock, plan)
+    reference = planners.plan("none", fit, evidence, plan)
+    problem = problems.pose(fit, reference, evidence, clock, plan)
     return Held(problem, fit, stepped(problem), evidence)
 
 
