@@ -91,7 +91,7 @@ class LossWeights:
     rate_hz: float = number(1.0, 1000.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Kinematics:
     """`[kinematics]`: what the kinematic fit does, weights and scales of its loss, most evaluations of it.
 
@@ -105,7 +105,6 @@ class Kinematics:
     seed_frames: int = number(0, 1_000_000)
     keypoint: float = number(0.0)
     keypoint_scale_px: float = number(1e-3, 1e4)
-    keypoint_velocity: float = number(0.0, default=0.0)
     joint: float = number(0.0)
     joint_scale_m: float = number(1e-4, 10.0)
     place: float = number(0.0)

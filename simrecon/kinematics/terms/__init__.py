@@ -20,7 +20,6 @@ from typing import Any
 
 from simrecon.kinematics.terms.estimate import Joint, Place
 from simrecon.kinematics.terms.image import Keypoint
-from simrecon.kinematics.terms.image_velocity import KeypointVelocity
 from simrecon.kinematics.terms.joints import Limit, PosePrior
 from simrecon.kinematics.terms.mass import Balance, SmoothCom
 from simrecon.kinematics.terms.shared import Lean, Lengths, Size
@@ -37,7 +36,6 @@ from simrecon.plan import Kinematics
 
 TERMS: tuple[Term, ...] = (
     Keypoint(),
-    KeypointVelocity(),
     Joint(),
     Place(),
     Still(),
