@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from simrecon.exports import export
     from simrecon.job import Job, Person, Reading
     from simrecon.observer import Observer
-    from simrecon.pipeline import Reconstruction, reconstruct
+    from simrecon.pipeline import Reconstruction, Setup, reconstruct
     from simrecon.plan import read as read_plan
     from simrecon.results import Result, open_result
     from simrecon.running import run
@@ -40,6 +40,7 @@ __all__ = [
     "Reconstruction",
     "Result",
     "Scene",
+    "Setup",
     "__version__",
     "evidence_from_arrays",
     "export",
@@ -63,6 +64,7 @@ _PLACES = {
     "Reconstruction": "pipeline",
     "Result": "results",
     "Scene": "types",
+    "Setup": "pipeline",
     "evidence_from_arrays": "evidence:from_arrays",
     "export": "exports",
     "open_result": "results",

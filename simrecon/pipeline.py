@@ -29,6 +29,37 @@ from simrecon.types import Evidence, KinematicFit, Motion, Reference, Scene, Win
 
 
 @dataclass(frozen=True, eq=False)
+class Setup:
+    """How a clip is reconstructed, beyond its plan.
+
+    Attributes:
+        planner, engine: names of what makes the reference and of what optimises the simulation.
+        seed: of all random numbers; the result depends on nothing else, not even on `threads`.
+        threads: of the simulator, 0 for one per core; a function is asked again and again.
+        shape: of the body, as far as it is known; None: the proportions of the average.
+        start: a finished motion of the same clip, perhaps in another scene, to begin from.
+        fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
+        observer: hears of the progress, and may end the run.
+        checkpoint: where solved windows are kept, and taken from; None: nowhere.
+        identity: of job and code; windows of another one are not taken from the checkpoint.
+    """
+
+    planner: str = "none"
+    engine: str = "sampling"
+    seed: int = 0
+    threads: Threads = 0
+    shape: Wanted | None = None
+    start: Motion | None = None
+    fit: KinematicFit | None = None
+    observer: Observer = SILENT
+    checkpoint: checkpoints.Store | None = None
+    identity: str = ""
+
+
+DEFAULT = Setup()
+
+
+@dataclass(frozen=True, eq=False)
 class Reconstruction:
     """All that was computed for a clip, stage by stage.
 
@@ -50,72 +81,50 @@ class Reconstruction:
     cpu_s: float
 
 
-def reconstruct(
-    evidence: Evidence,
-    scene: Scene,
-    plan: Plan,
-    *,
-    planner: str = "none",
-    engine: str = "sampling",
-    seed: int = 0,
-    threads: Threads = 0,
-    shape: Wanted | None = None,
-    observer: Observer = SILENT,
-    start: Motion | None = None,
-    fit: KinematicFit | None = None,
-    checkpoint: checkpoints.Store | None = None,
-    identity: str = "",
-) -> Reconstruction:
+def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEFAULT) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
     Args:
         evidence: what one camera saw.
         scene: what the person may touch.
         plan: how the clip is cut and optimised.
-        planner: name of what turns the kinematic fit into the reference (`planners.names()`).
-        engine: name of what optimises the simulation (`engines.names()`).
-        seed: of all random numbers; the result depends on nothing else, not even on `threads`.
-        threads: of the simulator, 0 for one per core; a function is asked again and again.
-        shape: of the body, as far as it is known; None: the proportions of the average.
-        observer: hears of the progress, and may end the run.
-        start: a finished motion of the same clip, perhaps in another scene, to begin from.
-        fit: the kinematic half on the uniform clock of the evidence, if it is known; None: it is fitted.
-        checkpoint: where solved windows are kept, and taken from; None: nowhere.
-        identity: of the job and the code, without which a checkpoint is of another run.
+        setup: everything else.
 
     Raises:
-        InputError: the evidence, the scene, the shape or the motion to start from can't be used, or there is
-            no such planner or engine.
+        InputError: one of them can't be used, or there is no such planner or engine.
     """
-    planners.check(planner)
-    engines.check(engine)
+    planners.check(setup.planner)
+    engines.check(setup.engine)
     marks, cpu_s = [time.perf_counter()], time.process_time()
     uniform, grid = resample(evidence)
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
-    observer.stage("kinematic fit", 0.0, clock.duration_s)
-    if fit is None:
-        fit = kinematics.fit(uniform, scene, plan.kinematics, shape)
-    reference = planners.plan(planner, fit, uniform, plan)
+    setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
+    fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape)
+    reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
 
     problem = problems.pose(fit, reference, uniform, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    problem, handover = warm_start.begin(problem, start)
-    pieces = schedule.cut(clock, plan)
-    known: list[WindowResult] = []
-    if checkpoint is not None:
-        known = checkpoint.restore(checkpoints.digest(problem, handover, seed, identity), pieces)
-    observer.resumed(known, pieces)
-    tracker = engines.make(engine, problem, threads)
-    if start is None and len(known) < len(pieces):
-        tracker.prepare(pieces, handover)
-    keep = None if checkpoint is None else checkpoint.save
-    solved = windows.solve(tracker, pieces, handover, seed, known, observer, keep)
+    solved, earlier_s = _simulate(problem, setup)
     marks.append(time.perf_counter())
-
     motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
-    seconds["simulation"] += sum(result.seconds for result in known)
-    cpu_s = time.process_time() - cpu_s
-    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, cpu_s)
+    seconds["simulation"] += earlier_s
+    spent_s = time.process_time() - cpu_s
+    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, spent_s)
+
+
+def _simulate(problem: Problem, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
+    """All windows, solved where no checkpoint holds them, and the seconds spent on those it held."""
+    problem, handover = warm_start.begin(problem, setup.start)
+    pieces = schedule.cut(problem.clock, problem.plan)
+    store, digest = setup.checkpoint, checkpoints.digest(problem, handover, setup.seed, setup.identity)
+    known = [] if store is None else store.restore(digest, pieces)
+    setup.observer.resumed(known, pieces)
+    tracker = engines.make(setup.engine, problem, setup.threads)
+    if setup.start is None and len(known) < len(pieces):
+        tracker.prepare(pieces, handover)
+    keep = None if store is None else store.save
+    solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep)
+    return solved, sum(result.seconds for result in known)

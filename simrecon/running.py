@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -20,12 +19,12 @@ from simrecon.errors import InputError
 from simrecon.job import Job, Person, inputs, request
 from simrecon.kinematics import retargeting
 from simrecon.observer import SILENT, Observer
-from simrecon.pipeline import Reconstruction, reconstruct
+from simrecon.pipeline import Reconstruction, Setup, reconstruct
 from simrecon.results import kinematic
 from simrecon.results.view import Result
 from simrecon.sim.quiet import unwarned
 from simrecon.sim.rollout import Threads
-from simrecon.softfloor import Calibration
+from simrecon.softfloor import Calibration, Simulate
 from simrecon.types import Body, Evidence, KinematicFit, Motion, Scene
 
 
@@ -58,30 +57,25 @@ def run(
     with unwarned():
         sources = _sources(job, observer)
         job = replace(sources.job, sha256=request.hashes(sources.job))
-        simulate = partial(
-            reconstruct,
-            sources.evidence,
-            plan=job.plan,
+        setup = Setup(
             planner=job.planner,
             engine=job.engine,
             seed=job.seed,
             threads=job.threads if threads is None else threads,
             shape=sources.shape,
-            observer=observer,
             fit=sources.fit,
+            observer=observer,
             checkpoint=checkpoint,
             identity=jobs.identity(job),
         )
+
+        def simulate(scene: Scene, start: Motion | None) -> Reconstruction:
+            return reconstruct(sources.evidence, scene, job.plan, replace(setup, start=start))
+
         scene, start, calibration = _calibrated(job, sources, simulate, observer)
-        reconstruction = simulate(scene=scene, start=start)
+        reconstruction = simulate(scene, start)
     results.write(job, reconstruction, calibration)
     return results.open_result(job.output)
-
-
-class _Simulate(Protocol):
-    """`reconstruct` with all that is the same in every simulation of a job."""
-
-    def __call__(self, *, scene: Scene, start: Motion | None) -> Reconstruction: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,12 +157,10 @@ def _other_body(person: Person, before: Body) -> Body:
 
 
 def _calibrated(
-    job: Job, sources: _Sources, simulate: _Simulate, observer: Observer
+    job: Job, sources: _Sources, simulate: Simulate, observer: Observer
 ) -> tuple[Scene, Motion | None, Calibration | None]:
     """The scene with a known floor, and the motion to begin from."""
     if not job.scene.ground.calibrate:
         return job.scene, None if job.start is None else results.read_motion(job.start), None
-    calibration = softfloor.calibrate(
-        lambda scene, start: simulate(scene=scene, start=start), job.scene, sources.evidence.mass_kg, observer
-    )
+    calibration = softfloor.calibrate(simulate, job.scene, sources.evidence.mass_kg, observer)
     return replace(job.scene, ground=calibration.ground), calibration.motion, calibration

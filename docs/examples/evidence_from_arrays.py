@@ -1,6 +1,6 @@
 """Make evidence from arrays, as a pose network gives them, and reconstruct it.
 
-    python evidence_from_arrays.py [OUT]
+Usage: python evidence_from_arrays.py [OUT]
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Read a result and plot the vertical forces under the feet.
 
-    python plot_forces.py [OUT]      (makes a result there first; needs matplotlib)
+Usage: python plot_forces.py [OUT] (makes a result there first; needs matplotlib)
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Reconstruct a clip from a file, and say how it went.
 
-    python run_a_file.py [OUT]
+Usage: python run_a_file.py [OUT]
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Run a clip, then again on a softer floor, from the finished motion on.
 
-    python scene_and_rerun.py [OUT]
+Usage: python scene_and_rerun.py [OUT]
 """
 
 import sys

@@ -37,7 +37,7 @@ def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactor
     """The bytes of `motion.npz` of the same clip without any batch."""
     folder = tmp_path_factory.mktemp("undisturbed") / "one"
     made = pipeline.reconstruct(
-        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), seed=0, threads=1
+        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), pipeline.Setup(threads=1)
     )
     results.write(Job(str(inputs / "one.npz"), str(folder), plan=plans.read(plan)), made)
     return (folder / "motion.npz").read_bytes()
@@ -173,7 +173,7 @@ def test_a_checkpoint_of_another_problem_is_not_used(job: Assignment, tmp_path: 
     store = checkpoint.Folder(tmp_path / "kept")
     read = evidence.read(job.clip.input)
     settings = plans.read(job.clip.plan)
-    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
     assert store.restore("0" * 64, [window.window for window in made.windows]) == []
 
 
@@ -182,7 +182,9 @@ def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(
 ) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    first, second = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store).windows[:2]
+    first, second = pipeline.reconstruct(
+        read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store)
+    ).windows[:2]
     (digest,) = {path.name for path in (tmp_path / "kept").iterdir()}
     windows = [first.window, second.window]
     whole = store.digest
@@ -195,8 +197,8 @@ def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(
 def test_a_checkpoint_holds_everything_of_a_window(job: Assignment, tmp_path: Path) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
-    again = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
+    again = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
     for before, after in zip(made.windows, again.windows, strict=True):
         for item in dataclasses.fields(before):
             a, b = getattr(before, item.name), getattr(after, item.name)

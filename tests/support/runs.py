@@ -158,4 +158,4 @@ def run() -> Reconstruction:
         scores=evidence.scores[kept],
         joints_m=evidence.joints_m[kept],
     )
-    return pipeline.reconstruct(evidence, Scene(), plan, seed=3, threads=1)
+    return pipeline.reconstruct(evidence, Scene(), plan, pipeline.Setup(seed=3, threads=1))

@@ -11,7 +11,9 @@ import tools
 
 FOLDER = Path(tools.__file__).parent
 MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__.py")
-LIBRARIES = {"references", "mocap_poses", "prior_data", "prior_model", "prior_score"}
+LIBRARIES = {
+    "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms",
+}  # fmt: skip
 """Modules that the programs share."""
 EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "zuko"}
 """Packages that only some of the programs need."""

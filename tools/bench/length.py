@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from simrecon import evidence, plan
-from simrecon.pipeline import reconstruct
+from simrecon.pipeline import Setup, reconstruct
 from simrecon.types import Array, Evidence, Scene
 from tools.bench import sampling
 
@@ -66,7 +66,7 @@ def one(options: argparse.Namespace) -> dict[str, object]:
     long = repeated(evidence.read(options.evidence), options.seconds[0])
     settings = sampling.changed(plan.read(options.plan), options.set)
     began = time.process_time()
-    result = reconstruct(long, Scene(), settings, threads=options.threads)
+    result = reconstruct(long, Scene(), settings, Setup(threads=options.threads))
     seconds = float(long.times_s[-1] - long.times_s[0])
     return {
         "seconds": seconds,

@@ -44,7 +44,9 @@ def compare_boxes(clip: Evidence, plan: plans.Plan, repeats: int, threads: int) 
     spent: dict[str, list[dict[str, float]]] = {"empty": [], "30 boxes": []}
     for _ in range(repeats):
         for name, scene in (("empty", Scene()), ("30 boxes", boxes())):
-            spent[name].append(pipeline.reconstruct(clip, scene, plan, threads=threads).seconds)
+            spent[name].append(
+                pipeline.reconstruct(clip, scene, plan, pipeline.Setup(threads=threads)).seconds
+            )
     print(f"{'':10} {'kinematics':>11} {'simulation':>11} {'whole':>8}   seconds, fastest of {repeats}")
     best = {}
     for name, runs in spent.items():
@@ -69,7 +71,7 @@ def compare_trampolines(clip: Evidence, plan: plans.Plan, threads: int, picture:
         }
         ground = scenes.parse("[ground]\nheight_m = -1.155\n").ground
         scene = Scene(ground, (scenes.item(table, "bench"),))
-        result = pipeline.reconstruct(clip, scene, plan, threads=threads)
+        result = pipeline.reconstruct(clip, scene, plan, pipeline.Setup(threads=threads))
         motion, own = result.motion, locate(result.problem.model)
         bed = motion.qpos[:, own.nq :]  # (T, tiles)
         lowest = int(bed.min(axis=1).argmin())

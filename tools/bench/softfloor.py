@@ -19,7 +19,7 @@ from simrecon import kinematics, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.geometry import rotations
-from simrecon.pipeline import reconstruct
+from simrecon.pipeline import Setup, reconstruct
 from simrecon.sim.address import locate
 from simrecon.sim.state import component, initial_state, simulate
 from simrecon.types import Array, Body, Evidence, Ground, Scene
@@ -74,7 +74,7 @@ def main() -> None:
     )
     scene = Scene(Ground(calibrate=True))
     calibration = softfloor.calibrate(
-        lambda trial, start: reconstruct(evidence, trial, plan, threads=2, start=start), scene, 70.0
+        lambda trial, start: reconstruct(evidence, trial, plan, Setup(threads=2, start=start)), scene, 70.0
     )
     print(f"truth      {options.stiffness:8.0f} N/m {damping:7.0f} N s/m")
     for trial in calibration.trials:
