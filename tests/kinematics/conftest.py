@@ -139,34 +139,32 @@ def make() -> Makers:
 
 @pytest.fixture(scope="session")
 def weights() -> Kinematics:
-    values: dict[str, Any] = {
-        "shape": True,
-        "poses": True,
-        "ground": True,
-        "temporal": True,
-        "seed_frames": 0,
-        "keypoint": 1.0,
-        "keypoint_scale_px": 6.0,
-        "joint": 0.3,
-        "joint_scale_m": 0.1,
-        "place": 0.5,
-        "place_scale_m": 0.2,
-        "smooth_com": 0.1,
-        "smooth_position": 0.1,
-        "smooth_rotation": 0.05,
-        "travel_position": 0.01,
-        "travel_rotation": 0.05,
-        "prior": 0.002,
-        "prior_model": "gaussian",
-        "limit": 1.0,
-        "penetration": 1.0,
-        "contact": 2.0,
-        "still": 0.1,
-        "balance": 0.5,
-        "evaluations": 400,
-    }
-    # a term that is not named here counts, too
-    return Kinematics(**{term.name: 1.0 for term in PLANNED} | values)
+    return Kinematics(
+        shape=True,
+        poses=True,
+        ground=True,
+        temporal=True,
+        seed_frames=0,
+        keypoint=1.0,
+        keypoint_scale_px=6.0,
+        joint=0.3,
+        joint_scale_m=0.1,
+        place=0.5,
+        place_scale_m=0.2,
+        smooth_com=0.1,
+        smooth_position=0.1,
+        smooth_rotation=0.05,
+        travel_position=0.01,
+        travel_rotation=0.05,
+        prior=0.002,
+        prior_model="gaussian",
+        limit=1.0,
+        penetration=1.0,
+        contact=2.0,
+        still=0.1,
+        balance=0.5,
+        evaluations=400,
+    )
 
 
 @pytest.fixture(scope="session")
@@ -198,9 +196,12 @@ def problem(make, weights) -> Problem:
         spread=gaussian.spread_rad,
         prior=gaussian,
     )
+    parts = primitives.make(skeleton, 1.75, 70.0, 0.0)
+    # a term that `weights` leaves out counts, too
+    others: dict[str, Any] = {term.name: 1.0 for term in PLANNED if not term.weight(weights)}
     base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.1, 0.0, 0.4]))), (FEW, 3, 3))
-    touch = contact_points(skeleton, primitives.make(skeleton, 1.75, 70.0, 0.0))
-    return Problem.of_clip(skeleton, touch, Scene(Ground(0.02), (STEP,)), base, see, weights)
+    touch, plan = contact_points(skeleton, parts), replace(weights, **others)
+    return Problem.of_clip(skeleton, touch, Scene(Ground(0.02), (STEP,)), base, see, plan)
 
 
 @pytest.fixture(scope="session")
