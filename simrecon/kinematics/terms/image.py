@@ -14,7 +14,7 @@ from simrecon.kinematics.terms.kernels import cauchy
 from simrecon.kinematics.terms.term import Term
 from simrecon.types import Array
 
-LEAST_DEPTH_M = 0.1  # what is nearer to the camera counts as if here
+LEAST_DEPTH_M = 0.1  # of a point; one nearer to the camera, or behind it, counts as if here
 
 
 class Keypoint(Term):
