@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
 from collections.abc import Collection
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
+from simrecon.io import atomic
 from simrecon.io.arrays import Arrays, listed, load
 from simrecon.types import Array, Camera, Evidence, Lens
 
@@ -83,19 +80,8 @@ def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
     """
     content = _content(evidence)
     check(evidence, os.fspath(path))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **content)
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(buffer.getvalue())
-        os.replace(partial, target)
-    except OSError as error:
-        message = f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
-        raise InputError(message) from error
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+    with atomic.reported(os.fspath(path)):
+        atomic.write_npz(os.fspath(path), content)
 
 
 def check_names(evidence: Evidence, valid: Collection[str], path: str | os.PathLike[str]) -> None:

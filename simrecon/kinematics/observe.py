@@ -13,7 +13,7 @@ from simrecon.body import names
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
 from simrecon.kinematics import world
-from simrecon.kinematics.objective import Observations
+from simrecon.kinematics.observations import Observations
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, Skeleton
 

@@ -267,7 +267,9 @@ BAD = {
         "world_to_camera",
         "in frame 2",
     ),
-    "a path of other frames": (changed("world_to_camera", lambda _: panning()[1:]), "world_to_camera", "T = "),
+    "a path of other frames": (
+        changed("world_to_camera", lambda _: panning()[1:]), "world_to_camera", "T = ",
+    ),
     "a ground of another word": (changed("ground", "flat"), "ground", "'flat'"),
     "transposed extrinsics": (changed("world_to_camera", lambda p: p.T), "world_to_camera", "last row"),
     "unknown frame": (changed("joints_frame", "body"), "joints_frame", "'camera_root_relative'"),
@@ -377,7 +379,7 @@ def test_unwritable_target_leaves_nothing(tmp_path: Path) -> None:
     folder = tmp_path / "folder.npz"
     folder.mkdir()
     for target in (tmp_path / "missing" / "clip.npz", folder):
-        with pytest.raises(InputError, match=r"can't be written \(.*\); give a file in a writable folder"):
+        with pytest.raises(InputError, match=r"can't be written \(.*\); valid: a writable place"):
             write(target, evidence)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["clip.npz", "folder.npz"]
 

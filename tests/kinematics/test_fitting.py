@@ -13,6 +13,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample, sides
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.kinematics.layout import SEGMENTS
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
 
 T = 20
@@ -52,7 +53,7 @@ def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) 
     assert fit.body.height_m == 1.75
     assert not fit.interpolated.any()
     assert fit.qpos.shape == (T, 71)
-    np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, 17, 4), axis=-1), 1.0)
+    np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, SEGMENTS, 4), axis=-1), 1.0)
 
 
 def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, camera, weights) -> None:
@@ -63,11 +64,11 @@ def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, cam
         for values in (points, joints):
             values[at, index.ravel()] = values[at, index[:, ::-1].ravel()]
     mixed = replace(clean, keypoints_px=points, joints_m=joints)
-    usual, found, without = (
-        distance_m(kinematics.fit(given, Scene(), weights), walk)
-        for given in (clean, resample(mixed)[0], mixed)
+    usual, repaired, without = (
+        distance_m(kinematics.fit(clip, Scene(), weights), walk)
+        for clip in (clean, resample(mixed)[0], mixed)
     )
-    assert found == pytest.approx(usual, rel=0.05)
+    assert repaired == pytest.approx(usual, rel=0.05)
     assert without > 2 * usual
 
 
@@ -79,15 +80,15 @@ def test_the_size_of_the_person_is_measured(make, walk, camera, weights) -> None
 
 def test_the_frame_of_the_3d_estimate_does_not_matter(make, walk, camera, weights) -> None:
     evidence = replace(make.seen(walk, camera), height_m=1.75)
-    for given in (
+    for clip in (
         evidence,
         make.in_camera(evidence, relative=False),
         make.in_camera(evidence, relative=True),
     ):
-        fit = kinematics.fit(given, Scene(), weights)
-        assert distance_m(fit, walk) < 0.012, given.joints_frame
+        fit = kinematics.fit(clip, Scene(), weights)
+        assert distance_m(fit, walk) < 0.012, clip.joints_frame
         # the 3D estimate agrees with the image on where the person is
-        assert fit.loss["place"] < 0.01, given.joints_frame
+        assert fit.loss["place"] < 0.01, clip.joints_frame
 
 
 def test_landmarks_alone_are_enough_with_extrinsics(make, walk, camera, weights) -> None:
@@ -120,10 +121,10 @@ def test_without_a_camera_its_frame_is_taken_for_level(make, weights, relative: 
     blind = replace(
         evidence, keypoint_names=(), keypoints_px=np.zeros((T, 0, 2)), scores=np.zeros((T, 0)), camera=None
     )
-    found = points(kinematics.fit(blind, Scene(), weights))
+    marks = points(kinematics.fit(blind, Scene(), weights))
     up = (
-        found[:, walk.skeleton.point_names.index("nose")]
-        - found[:, walk.skeleton.point_names.index("left_ankle")]
+        marks[:, walk.skeleton.point_names.index("nose")]
+        - marks[:, walk.skeleton.point_names.index("left_ankle")]
     )
     assert (up[:, 2] > 1.2).all()
 
