@@ -67,11 +67,7 @@ def observe(
     """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
     in_world = points.joints_m
     if evidence.joints_frame != "world":
-        path = world.LEVEL[None] if camera is None else cameras.extrinsics(camera)
-        rows = (
-            np.swapaxes(in_world - path[:, :3, 3], 0, 1) @ path[:, :3, :3]
-        )  # (T, M, 3) Rᵀ (x - t), row vectors
-        in_world = np.swapaxes(rows, 0, 1)
+        in_world = world.in_world(camera, in_world)
     hips = [skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]
     has_hips = np.all(points.known[hips] > 0, axis=0).astype(np.float64)  # (T,)
     root_weights = np.zeros(len(skeleton.point_names))
