@@ -135,6 +135,5 @@ def shortened(given: Evidence, length_s: float) -> Evidence:
         keypoints_px=given.keypoints_px[:count],
         scores=given.scores[:count],
         joints_m=given.joints_m[:count],
-        rotations=None if given.rotations is None else given.rotations[:count],
         camera=camera,
     )

@@ -95,8 +95,6 @@ def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence
             evidence,
             joint_names=(),
             joints_m=np.empty((frames, 0, 3)),
-            rotation_names=(),
-            rotations=None,
         )
     if parts and not evidence.keypoint_names and not evidence.joint_names:
         raise InputError(f"{source}: --ignore leaves nothing; valid: keep 2D landmarks or a 3D estimate")
