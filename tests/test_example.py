@@ -16,7 +16,7 @@ from simrecon.geometry import camera as cameras
 FOLDER = resources.folder("example")
 
 BEAM = scene.read(FOLDER / "beam.toml").items[0]
-LENGTH_M, WIDTH_M, HEIGHT_M = (float(BEAM.parameters[f"{of}_m"]) for of in ("length", "width", "height"))
+LENGTH_M, WIDTH_M, HEIGHT_M = (float(str(BEAM.parameters[f"{of}_m"])) for of in ("length", "width", "height"))
 
 
 def test_all_is_there_and_small() -> None:
@@ -54,6 +54,7 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
     """The beam's side is darker than the plate to its left, and than its own top, all along."""
     given = evidence.read(FOLDER / "beam.npz")
     assert given.camera is not None
+    camera = given.camera
     beam = scene.read(FOLDER / "beam.toml").items[0]
     assert 0.05 <= HEIGHT_M <= 0.07
     every = given.times_s[::5]
@@ -65,7 +66,7 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
         """Mean along the beam's near half, at a distance from the middle of its top."""
         x = beam.position_m[0] + np.linspace(0.0, 0.48, 40) * LENGTH_M
         places = np.stack((x, np.full(40, beam.position_m[1] + y_m), np.full(40, HEIGHT_M + z_m)), -1)
-        columns, rows = np.rint(scale * cameras.project(given.camera, places)).astype(int).T
+        columns, rows = np.rint(scale * cameras.project(camera, places)).astype(int).T
         return float(grey[rows, columns].mean())
 
     side = brightness(-WIDTH_M / 2, -0.025)

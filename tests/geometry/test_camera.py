@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -27,7 +28,7 @@ def transform(rotvec: Array = ROTVEC, translation: Array = TRANSLATION) -> Array
     return matrix
 
 
-def lens(**changes: object) -> Camera:
+def lens(**changes: Any) -> Camera:
     return replace(Camera(MATRIX, DISTORTION, transform(), (1280, 720)), **changes)
 
 
