@@ -16,7 +16,7 @@ from simrecon.geometry import camera as cameras
 FOLDER = resources.folder("example")
 
 BEAM = scene.read(FOLDER / "beam.toml").items[0]
-LENGTH_M, WIDTH_M, HEIGHT_M = (float(BEAM.parameters[f"{of}_m"]) for of in ("length", "width", "height"))
+LENGTH_M, WIDTH_M, HEIGHT_M = (float(str(BEAM.parameters[f"{of}_m"])) for of in ("length", "width", "height"))
 
 
 def test_all_is_there_and_small() -> None:

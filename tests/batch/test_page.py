@@ -40,7 +40,7 @@ def places(tmp_path: Path) -> Places:
     for name in (*LOSSES, "broken"):
         about = {"input": f"/in/{name}.npz", "plan": "quick", "video_s": 1.0, "windows": 3}
         book.append("clip", clip=name, state="waiting", **about)
-    changed = {"walk": {}, "sit": {"fell": True}, "kick <b>": {"fallback": 7}}
+    changed: dict[str, dict[str, Any]] = {"walk": {}, "sit": {"fell": True}, "kick <b>": {"fallback": 7}}
     for name, change in changed.items():
         journal.write_json(found.record(name), {"key": "k", "figures": figures(name, **change)})
         (found.result(name)).mkdir()

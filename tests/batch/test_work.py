@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from simrecon.batch.journal import Places
 from simrecon.batch.work import Assignment
 from simrecon.engines import checkpoint
 from simrecon.errors import InputError
+from simrecon.evidence.video import weights
 from simrecon.io.provenance import code_digest
 from simrecon.job import Job
 from simrecon.types import Scene
@@ -50,7 +52,7 @@ def split(told: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[s
 
 
 def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Assignment, undisturbed: bytes) -> None:
-    places, told = Places(Path(job.root)), []
+    places, told = Places(Path(job.root)), list[dict[str, Any]]()
     said = work.solve(job, threads=1, tell=told.append)
     stages, told = split(told)
     assert [event["stage"] for event in stages] == ["kinematic fit"]
@@ -213,7 +215,7 @@ def test_a_checkpoint_holds_everything_of_a_window(job: Assignment, tmp_path: Pa
 
 def test_stages_are_told_now_and_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr(work.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
     told: list[dict[str, Any]] = []
     clip = Assignment(Clip("a", "a.mp4"), str(tmp_path), "me", "key", "code")
     watcher = work._Watcher(Places(tmp_path), clip, told.append, lambda: False)
@@ -237,7 +239,7 @@ def test_the_networks_are_part_of_a_video_s_key(
     said = survey.survey(video)
     assert said["kind"] == "input"
     assert "fetch them: simrecon models fetch" in said["message"]
-    monkeypatch.setattr(survey.weights, "find", lambda name: (Path(name), f"hash of {name}"))
+    monkeypatch.setattr(weights, "find", lambda name: (Path(name), f"hash of {name}"))
     keys = [
         survey.survey(replace(video, options={**video.options, **model}))["key"]
         for model in ({}, {"model": "heavy"}, {"model": "full"})

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -103,7 +104,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(data: Path, output: Path, **changes: object) -> dict[str, object]:
+def run(data: Path, output: Path, **changes: object) -> Any:
     chosen = replace(suite.read(data / "tiny.toml"), **changes)  # type: ignore[arg-type]
     return runner.run(chosen, data, output, threads=1)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simrecon.bench import runner, schema, statics, suite
+from simrecon.types import Scene
 
 
 @pytest.mark.parametrize("check", suite.read("contact").check, ids=lambda check: check.name)
@@ -24,5 +25,5 @@ def test_a_person_who_sits_leans_on_seat_and_floor() -> None:
     person = statics._person(70.0, 1.75)
     qpos = statics._pose(person, flexed_rad=1.5708)
     seat = statics._seat(person, qpos)
-    force = statics._held(person, qpos, statics.Scene(items=(seat,)), 0.01)  # (2, 3)
+    force = statics._held(person, qpos, Scene(items=(seat,)), 0.01)  # (2, 3)
     assert force[:, 2].min() > 0.1 * 70 * statics.GRAVITY

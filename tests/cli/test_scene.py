@@ -128,10 +128,12 @@ def test_show_draws_scene_motion_and_camera(file: Path, clip: Path, tmp_path: Pa
     run("add", file, "stairs", "position_m=0,1,0")
     assert run("show", file) == 0
     alone = cv2.imread(str(file.with_suffix(".png")))
+    assert alone is not None
     assert alone.shape == (720, 960, 3)
     both = tmp_path / "both.png"
     assert run("show", file, str(clip), "-o", str(both)) == 0
     image = cv2.imread(str(both))
+    assert image is not None
     assert image.shape[1] > 1900
     orange = (np.abs(image.astype(int) - [48, 134, 240]).sum(axis=-1) < 60).mean(
         axis=0

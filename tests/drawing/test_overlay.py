@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import mujoco
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from simrecon.drawing import overlay, shapes, video
+from simrecon.drawing.canvas import Image
 from simrecon.drawing.overlay import Clip
 from simrecon.drawing.painter import Painter, View
 from simrecon.errors import InputError
@@ -24,7 +26,7 @@ LEVEL = [[1, 0, 0, 0], [0, 0, -1, 1], [0, 1, 0, 4], [0, 0, 0, 1]]  # looks along
 WHITE = np.array([250, 250, 250], float)
 
 
-def camera(frames: int = 2, **changes: object) -> Camera:
+def camera(frames: int = 2, **changes: Any) -> Camera:
     matrix = np.array([[300.0, 0, 199.5], [0, 300.0, 149.5], [0, 0, 1]])
     return cameras.still(replace(Lens(matrix, np.zeros(5), SIZE), **changes), np.array(LEVEL, float), frames)
 
@@ -47,17 +49,17 @@ def capsules(*, items: str = "", extra: str = "") -> mujoco.MjModel:
     </mujoco>""")
 
 
-def clip(model: mujoco.MjModel | None = None, frames: int = 2, **changes: object) -> Clip:
+def clip(model: mujoco.MjModel | None = None, frames: int = 2, **changes: Any) -> Clip:
     model = capsules() if model is None else model
     times_s = np.arange(frames) / 30
     return replace(Clip(model, times_s, np.tile(model.qpos0, (frames, 1)), camera(frames)), **changes)
 
 
-def black(frames: int = 2) -> list[overlay.Image]:
+def black(frames: int = 2) -> list[Image]:
     return [np.zeros((SIZE[1], SIZE[0], 3), np.uint8) for _ in range(frames)]
 
 
-def first(shown: Clip) -> overlay.Image:
+def first(shown: Clip) -> Image:
     return next(overlay.render(shown, black(len(shown.times_s))))
 
 
@@ -235,7 +237,7 @@ def test_fallback_frames_say_so() -> None:
 
 
 def test_distortion_moves_the_body() -> None:
-    def arm(image: overlay.Image) -> float:
+    def arm(image: Image) -> float:
         columns = np.argwhere(image[100:200].any(axis=(0, 2)))
         return float(columns.max())
 
@@ -314,7 +316,7 @@ def make_video(path: Path, frames: int, fps: float = 30.0, size: tuple[int, int]
     return path
 
 
-def brightness(images: list[overlay.Image]) -> list[int]:
+def brightness(images: list[Image]) -> list[int]:
     return [round(float(image.mean()) / 8) - 1 for image in images]
 
 

@@ -37,6 +37,7 @@ def test_the_command_draws_forces(folder: Path, capsys: pytest.CaptureFixture[st
     target = folder.with_suffix(".png")
     assert str(target) in capsys.readouterr().out
     image = cv2.imread(str(target))
+    assert image is not None
     yellow = (image[..., 0] < 90) & (image[..., 1] > 200) & (image[..., 2] > 200)  # the arrows
     assert yellow.sum() > 100
     assert image.shape[1] > 1.5 * picture.TILE_PX  # two frames side by side

@@ -63,7 +63,7 @@ def test_linear_functions_of_the_centres_are_reproduced(
 
 def test_two_derivatives_are_continuous_and_the_third_is_not() -> None:
     step = 1e-3
-    times_s = 2.0 + step * np.arange(-4, 5)
+    times_s = 2.0 + step * np.arange(-4.0, 5.0)
     knots = np.random.default_rng(0).standard_normal(8)
     values = splines.basis(times_s, 1.0, 8) @ knots
     second = np.diff(values, 2) / step**2

@@ -13,12 +13,12 @@ from simrecon import replay
 from simrecon import scene as scenes
 from simrecon.geometry import rotations
 from simrecon.sim.state import forward, initial_state, simulate
-from simrecon.types import Array, Motion, Scene, SceneItem
+from simrecon.types import Array, IntArray, Motion, Scene, SceneItem
 
 GRAVITY = 9.81
 
 
-def recorded(held: Any, windows: Any = None, grid: Array | None = None) -> tuple[Motion, replay.Audit]:
+def recorded(held: Any, windows: Any = None, grid: IntArray | None = None) -> tuple[Motion, replay.Audit]:
     grid = np.arange(held.problem.clock.frames) if grid is None else grid
     windows = held.windows if windows is None else windows
     return replay.record(held.problem, held.fit, windows, held.evidence.times_s[grid], grid)

@@ -65,7 +65,7 @@ def ctrl(rng: np.random.Generator) -> Array:
 
 def plain(model: mujoco.MjModel, state: Array, ctrl: Array) -> Rollouts:
     """What `Simulator.run` should return, by plain loops; derived fields by a forward of their own."""
-    qpos, points, com = [], [], []
+    qpos, points, com = list[Array](), list[Array](), list[Array]()
     for row in ctrl:
         data = mujoco.MjData(model)
         mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)

@@ -12,7 +12,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -141,7 +141,10 @@ def save_torch(path: Path, tree: Any, claim: int | None = None) -> Path:
     return path
 
 
-class _JoblibPickler(pickle._Pickler):  # type: ignore[name-defined]
+_PythonPickler: Any = pickle._Pickler  # type: ignore[attr-defined]  # has `framer`, which C's hasn't
+
+
+class _JoblibPickler(_PythonPickler):  # type: ignore[misc]
     """joblib's layout: a wrapper in the pickle, the array's bytes behind it."""
 
     def __init__(self, stream: io.BytesIO, wrapper: Any, claim: tuple[int, ...] | None) -> None:
@@ -152,7 +155,7 @@ class _JoblibPickler(pickle._Pickler):  # type: ignore[name-defined]
         if type(obj) is not np.ndarray or obj.dtype.hasobject:
             super().save(obj, save_persistent_id)
             return
-        order = "F" if obj.flags.f_contiguous and not obj.flags.c_contiguous else "C"
+        order: Literal["C", "F"] = "F" if obj.flags.f_contiguous and not obj.flags.c_contiguous else "C"
         wrapper = self.wrapper()
         wrapper.__dict__.update(
             subclass=np.ndarray, shape=self.claim or obj.shape, order=order, dtype=obj.dtype,

@@ -75,7 +75,7 @@ def seen(body: Body, qpos: Array) -> Evidence:
     names = body.skeleton.point_names
     pixels = cameras.project(camera(len(qpos)), points)
     return Evidence(
-        times_s=FRAME_S * np.arange(len(qpos)),
+        times_s=FRAME_S * np.arange(len(qpos), dtype=float),
         keypoint_names=names,
         keypoints_px=pixels,
         scores=np.ones(pixels.shape[:2]),

@@ -60,4 +60,4 @@ def regressor(skin: Array, wanted: Array) -> Array:
     right = np.concatenate(
         (np.moveaxis(wanted, 1, 2).reshape(-1, wanted.shape[1]), np.ones((1, wanted.shape[1])))
     )
-    return np.linalg.lstsq(equations, right, rcond=None)[0].T
+    return np.asarray(np.linalg.lstsq(equations, right, rcond=None)[0].T, float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -25,7 +26,9 @@ def write(path: Path, images: list[np.ndarray], fps: float = 30.0, codec: str = 
     return path
 
 
-def scene(people: list[tuple[float, float, float, tuple[int, int, int]]], size=(160, 120)) -> np.ndarray:
+def scene(
+    people: list[tuple[float, float, float, tuple[int, int, int]]], size: tuple[int, int] = (160, 120)
+) -> np.ndarray:
     """Standing rectangles (x, y of the middle, height, colour) on grey."""
     image = np.full((size[1], size[0], 3), 128, np.uint8)
     for x, y, height, colour in people:
@@ -47,7 +50,7 @@ class Rectangles:
         rows = [(*middles[i], stats[i, cv2.CC_STAT_HEIGHT]) for i in range(1, count) if stats[i, 4] > 60]
         return [(float(x), float(y), float(h)) for x, y, h in rows]
 
-    def candidates(self, image, tile=None):
+    def candidates(self, image: np.ndarray, tile: tuple[int, int, int, int] | None = None) -> list[Candidate]:
         self.calls["candidates"] += 1
         left, top, width, height = tile or (0, 0, image.shape[1], image.shape[0])
         found = self._found(image[top : top + height, left : left + width])
@@ -56,7 +59,7 @@ class Rectangles:
             for x, y, h in found
         ]
 
-    def pose(self, image, region):
+    def pose(self, image: np.ndarray, region: Region) -> Pose:
         self.calls["pose"] += 1
         found = self._found(image)
         apart = [np.hypot(x - region.centre_px[0], y - region.centre_px[1]) for x, y, _ in found]
@@ -73,7 +76,7 @@ class Rectangles:
         return Pose(points, np.full(33, 0.9), world, 0.99, Region(np.array([x, y]), 1.3 * h, 0.0))
 
 
-def boxes(content: bytes, start: int = 0, end: int | None = None):
+def boxes(content: bytes, start: int = 0, end: int | None = None) -> Iterator[tuple[bytes, int, int]]:
     """(kind, start, end) of the boxes of an MP4."""
     end = len(content) if end is None else end
     while start + 8 <= end:

@@ -86,10 +86,12 @@ def test_windows_locks_a_byte_behind_any_content(windows: Msvcrt, tmp_path: Path
     assert all(offset >= 2**30 for _, offset in windows.held)
 
 
-def test_what_is_no_refusal_is_an_error(windows: Msvcrt, tmp_path: Path) -> None:
+def test_what_is_no_refusal_is_an_error(
+    windows: Msvcrt, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def broken(*_: int) -> None:
         raise OSError(errno.EIO, "broken")
 
-    windows.locking = broken  # type: ignore[method-assign]
+    monkeypatch.setattr(windows, "locking", broken)
     with (tmp_path / "lock").open("w") as stream, pytest.raises(OSError, match="broken"):
         locks.acquire(stream)

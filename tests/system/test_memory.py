@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -86,6 +87,6 @@ def test_every_c_library_is_asked_in_its_own_way(
 def test_without_such_a_call_only_garbage_is_collected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ctypes, "CDLL", load({None: SimpleNamespace()}))
     collections: list[int] = []
-    monkeypatch.setattr(memory.gc, "collect", lambda: collections.append(1))
+    monkeypatch.setattr(gc, "collect", lambda: collections.append(1))
     memory.release()
     assert collections == [1]

@@ -25,7 +25,7 @@ class Terminal(io.StringIO):
 class Ascii(Terminal):
     """A terminal that can't show block characters."""
 
-    encoding = "ascii"  # type: ignore[assignment]
+    encoding = "ascii"
 
 
 def test_plain_lines_come_at_most_once_per_interval_and_at_the_end() -> None:

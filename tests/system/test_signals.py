@@ -35,7 +35,7 @@ def test_other_threads_than_the_main_one_leave_handlers_alone() -> None:
 
 
 def test_windows_has_other_signals(monkeypatch: pytest.MonkeyPatch) -> None:
-    windows = enum.IntEnum("Signals", {"SIGINT": 2, "SIGTERM": 15, "SIGBREAK": 21})
+    windows = enum.IntEnum("windows", {"SIGINT": 2, "SIGTERM": 15, "SIGBREAK": 21})
     with monkeypatch.context() as patch:
         patch.setattr(signal, "Signals", windows)
         try:
