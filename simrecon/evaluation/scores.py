@@ -123,8 +123,8 @@ def _of_input(estimate: Evidence, on: Comparison) -> Scores:
         return Scores()
     if estimate.joints_frame == "world":
         return _of_joints(track(estimate.times_s, estimate.joint_names, joints, "evidence"), on)
-    if camera is None or camera.world_to_camera is None or camera.world_to_camera.ndim != 2:
+    if camera is None or camera.path is None:
         return Scores()
-    turned = joints @ camera.world_to_camera[:3, :3]  # Rᵀ x, row vectors
+    turned = joints @ camera.path[:, :3, :3]  # Rᵀ x, row vectors
     scores = accuracy(track(estimate.times_s, estimate.joint_names, turned, "evidence"), on)
     return Scores({name: series for name, series in scores.series.items() if name in OF_POSE})

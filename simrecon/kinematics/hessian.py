@@ -47,7 +47,6 @@ class Hessian:
         plain: view of `frames` without the lean.
         landmarks, feet: bands that tie each of these points over time.
         com: axes of the centre of mass, and bands that tie them.
-        others: derivatives (T, P, i, FREE) of other quantities, and bands (T - k, P) that tie each of them.
         nearest: (G, T) half the second derivative by the least clearance of a sphere.
         joints: (T, JOINTS, 3) second derivatives by the joints' rotation vectors.
         rotvecs: bands that tie these vectors.
@@ -64,7 +63,6 @@ class Hessian:
         self.landmarks: list[Bands] = []
         self.feet: list[Bands] = []
         self.com: list[tuple[slice, Bands]] = []
-        self.others: list[tuple[Array, Bands]] = []
         self.nearest = np.zeros(state.spheres_m.shape[:2])
         self.joints = np.zeros((frames, layout.JOINTS, layout.AXES))
         self.rotvecs = bands.none(frames)
@@ -89,8 +87,6 @@ class Hessian:
             _tie(blocks, jacobian.feet, chain)
         for axes, chain in self.com:
             _tie(blocks, jacobian.com[:, :, axes], chain)
-        for moves, chain in self.others:
-            _tie_each(blocks, moves, chain)
         self._hold_spheres(blocks[0])
         self._bend_joints(blocks)
         border, leans = self.frames[own, :FREE, FREE:], self.state.problem.leans[own]
@@ -133,16 +129,6 @@ def _tie(blocks: list[Array], moves: Array, chain: Bands) -> None:
     for k, band in enumerate(chain):
         if band.any():
             blocks[k] += band[:, None, None] * (np.swapaxes(flat[k:], 1, 2) @ flat[: frames - k])
-
-
-def _tie_each(blocks: list[Array], moves: Array, chain: Bands) -> None:
-    """As `_tie`, with coefficients (T - k, P) of each point."""
-    frames, _, parts = moves.shape[:3]
-    flat = moves.reshape(frames, -1, FREE)
-    for k, band in enumerate(chain):
-        if band.any():
-            each = np.repeat(band, parts, axis=1)[..., None]
-            blocks[k] += np.swapaxes(flat[k:], 1, 2) @ (each * flat[: frames - k])
 
 
 def _widened(columns: Array, leans: Array) -> Array:
