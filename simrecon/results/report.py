@@ -188,6 +188,8 @@ def _person(fit: KinematicFit) -> dict[str, Any]:
     return {
         "height_m": fit.body.height_m,
         "mass_kg": fit.body.mass_kg,
+        "betas": fit.body.betas,
+        "shape_space": fit.body.shape_space,
         "lengths_m": bodies.measure_template(fit.body.skeleton),
     }
 
