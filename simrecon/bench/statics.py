@@ -11,7 +11,7 @@ from scipy.optimize import brentq, curve_fit
 
 from simrecon import body as bodies
 from simrecon import scene as scenes
-from simrecon.evaluation import items as things
+from simrecon.evaluation import loads
 from simrecon.geometry import rotations
 from simrecon.sim.state import initial_state
 from simrecon.types import Array, Body, Ground, Scene, SceneItem
@@ -173,10 +173,10 @@ def _seat(person: Body, qpos: Array) -> SceneItem:
 
 
 def _held(person: Body, qpos: Array, scene: Scene, timestep_s: float) -> Array:
-    """Mean force of things and ground (I + 1, 3) on a person who holds a pose, after it has come to rest."""
+    """Mean force of items and ground (I + 1, 3) on a person who holds a pose, after it has come to rest."""
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, scene, timestep_s))
     state = initial_state(model, qpos, np.zeros(model.nv))
     target = rotations.log(qpos[7:].reshape(-1, 4)).ravel()  # (nu,)
     steps = round((SETTLE_S + MEAN_S) / timestep_s)
-    rows = things.forces(model, scene, state, np.tile(target, (steps, 1)))
+    rows = loads.forces(model, scene, state, np.tile(target, (steps, 1)))
     return np.asarray(rows[-round(MEAN_S / timestep_s) :].mean(axis=0))

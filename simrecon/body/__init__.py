@@ -77,4 +77,4 @@ def build(
     parts = shaped.primitives(
         made, tree, height_m=made.height_m, mass_kg=mass, sole_m=sole_m, distribution=distribution
     )
-    return Body(made.betas, made.height_m, mass, tree, parts, mjcf.make(tree, parts, mass))
+    return Body(made.betas, made.height_m, mass, tree, parts, mjcf.make(tree, parts, mass), made.shapes.name)

@@ -75,7 +75,7 @@ def changed(
         for part in parts
     )
     made = mjcf.make(skeleton, parts, total)
-    return Body(body.betas, body.height_m * scale, total, skeleton, parts, made)
+    return Body(body.betas, body.height_m * scale, total, skeleton, parts, made, body.shape_space)
 
 
 def leg_m(skeleton: Skeleton) -> float:

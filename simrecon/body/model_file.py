@@ -101,7 +101,7 @@ def read(path: Path | str) -> ShapeSpace:
     weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-12)
     names, maps = _points(mean, rows, weights)
     made = ShapeSpace(
-        f"body model {Path(path).name}",
+        Path(path).name,
         names,
         maps @ mean,
         np.einsum("mv,bvi->bmi", maps, directions),

@@ -36,7 +36,7 @@ class ShapeSpace:
     """A linear space of body shapes. B shape parameters, M points, V skin vertices, F faces, 17 segments.
 
     Attributes:
-        name: what it is, for messages and reports.
+        name: `simrecon`, or the file name of a body model; for messages and reports.
         point_names: M names: the segments' joint centres, landmarks, `crown`, `left_sole`, `right_sole`.
         points_mean_m, points_basis_m: (M, 3), (B, M, 3).
         vertices_mean_m, vertices_basis_m: (V, 3), (B, V, 3).
@@ -126,7 +126,7 @@ def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
     if given.ndim != 1 or len(given) > shapes.size:
         raise InputError(
             f"{where}: found an array of shape {given.shape}; "
-            f"valid: up to {shapes.size} numbers ({shapes.name})"
+            f"valid: up to {shapes.size} numbers (shape space {shapes.name})"
         )
     if not np.all(np.abs(given) <= BETA_MAX):
         raise InputError(

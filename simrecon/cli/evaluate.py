@@ -8,7 +8,7 @@ from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.errors import InputError
-from simrecon.evaluation import scores
+from simrecon.evaluation import scores, table
 from simrecon.io import atomic
 
 
@@ -36,10 +36,10 @@ def _eval(options: argparse.Namespace) -> int:
             f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one"
         )
     seen = options.input if options.evidence is None else options.evidence
-    score = scores.score(options.result, options.truth, seen, seed=options.seed)
-    content = json.dumps(score.as_dict(), indent=1)
+    scored = scores.score(options.result, options.truth, seen, seed=options.seed)
+    content = json.dumps(scored.as_dict(), indent=1)
     if options.output is not None:
         with atomic.reported(options.output):
             atomic.write_text(options.output, content + "\n")
-    print(content if options.json else scores.text(score))
+    print(content if options.json else table.text(scored))
     return 0

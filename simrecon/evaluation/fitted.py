@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.evaluation.simulated import foot_rest
+from simrecon.evaluation.configurations import Configurations, configurations, foot_rest
 from simrecon.io import atomic
 from simrecon.io.arrays import load
-from simrecon.metrics import bodies, statistics
-from simrecon.metrics.bodies import Configurations
+from simrecon.metrics import statistics
+from simrecon.sim.address import with_items_at_rest
+from simrecon.sim.models import compile_text
 from simrecon.types import Array, KinematicFit, Scene
 
 SCHEMA = "simrecon.fit/1"
@@ -27,8 +27,8 @@ class Fitted:
     """A fit that was read; T frames.
 
     Attributes:
-        times_s: (T,); names: K points of the body; scene: as it was given.
-        shape: of its configurations; rest_m: height of heels and toes over the sole (`joints.Track`).
+        times_s: (T,); names: K points of the body; scene: that the person was fitted in.
+        shape: of its configurations; rest_m: height of heels and toes over the sole (`comparison.Track`).
         mpjpe_2d_px: mean distance of the points from the detections in the image, NaN without any.
         seconds_per_second: processor time over the length of the clip.
     """
@@ -76,10 +76,10 @@ def read(path: Path) -> Fitted:
     names, parts = arrays.names("point_names", "K"), arrays.names("parts", "C")
     scene = scenes.parse(str(arrays.array("scene")), path)
     try:
-        model = mujoco.MjModel.from_xml_string(str(arrays.array("mjcf")))
+        model = compile_text(str(arrays.array("mjcf")))
     except ValueError as error:
         raise InputError(f"{path}: mjcf: can't be loaded ({error}); valid: a body and its scene") from error
-    shape = bodies.configurations(model, scene, _with_items(model, qpos), parts, names)
+    shape = configurations(model, scene, with_items_at_rest(model, qpos), parts, names)
     pixels = arrays.array("reprojection_px").astype(np.float64)
     span = float(times[-1] - times[0])
     return Fitted(
@@ -91,8 +91,3 @@ def read(path: Path) -> Fitted:
         mpjpe_2d_px=float(statistics.of_frames(pixels).value),
         seconds_per_second=float(arrays.finite("seconds", ())) / span,
     )
-
-
-def _with_items(model: mujoco.MjModel, qpos: Array) -> Array:
-    """Configurations with the things that move where they stand at first."""
-    return np.concatenate((qpos, np.tile(model.qpos0[qpos.shape[1] :], (len(qpos), 1))), axis=1)

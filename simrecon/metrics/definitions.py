@@ -81,13 +81,13 @@ FORCES = {
     "residual_mean_pct": "force that contact doesn't explain, mean, per cent of body weight",
     "residual_max_pct": "its maximum",
 }
-THINGS = {
-    "thing_load_pct": "mean vertical force of things, per cent of that of the whole scene",
+ITEMS = {
+    "thing_load_pct": "mean vertical force of items, per cent of that of the whole scene",
     "thing_sitting_pct": "their mean vertical force while the reference sits still, per cent of body weight",
     "thing_standing_pct": "their greatest vertical force while the reference stands, per cent of body weight",
     "rises": "how often they bear the person and then let go for good",
     "reference_rises": "how often the reference rises",
-    "thing_penetration_max_mm": "greatest depth of the person in a thing",
+    "thing_penetration_max_mm": "greatest depth of the person in an item",
     "sheet_sink_mm": "greatest sink of a mat or trampoline",
     "apex_mm": "greatest height of the centre of mass over its height at the start",
     "apex_s": "when",
@@ -113,7 +113,7 @@ GROUPS = {
     "whole body, by capsules around the joints": BODY,
     "whole body, by its own primitives": SIMULATED,
     "forces of the simulation": FORCES,
-    "things of the scene": THINGS,
+    "items of the scene": ITEMS,
     "against force plates, per cent of body weight": PLATES,
 }
 DEFINITIONS = {name: meaning for group in GROUPS.values() for name, meaning in group.items()}

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.metrics.contact import Flags
-from simrecon.metrics.pose import mean_known
 from simrecon.types import Array
 
 GRAVITY_MPS2 = 9.81
@@ -41,68 +40,37 @@ def interval_means(ends_s: Array, values: Array, times_s: Array) -> Array:
     Args:
         ends_s: (T,) not decreasing; ends of the intervals, the first of which has no length.
         values: (T, ...) mean since the end before.
-        times_s: (N,) increasing; ends of the intervals asked for, within `ends_s`.
+        times_s: (N,) increasing; ends of the other intervals, within `ends_s`.
     """
     lengths = np.diff(ends_s, prepend=ends_s[0])  # (T,)
     total = np.cumsum(values.reshape(len(values), -1) * lengths[:, None], axis=0)  # (T, ...)
-    there = np.stack([np.interp(times_s, ends_s, column) for column in total.T], axis=-1)
-    means = np.diff(there, axis=0) / np.diff(times_s)[:, None]
+    at_ends = np.stack([np.interp(times_s, ends_s, column) for column in total.T], axis=-1)
+    means = np.diff(at_ends, axis=0) / np.diff(times_s)[:, None]
     return np.asarray(means.reshape(len(times_s) - 1, *values.shape[1:]))
 
 
-def mean_grf_pct(force_N: Array, mass_kg: float) -> Array:
-    """Mean GRF: mean norm of the force, percent of body weight, (..., T, 3) → (...).
+def grf_norm_pct(force_N: Array, mass_kg: float) -> Array:
+    """Norm of the force, percent of body weight, (..., T, 3) → (..., T).
 
-    Rempe 2020 table 2, "a percentage of the GRF exerted by an idle 73 kg person". Not the norm of the mean
-    force, which is 100 for any motion that begins and ends at the same velocity, however it jitters; their
-    jittering input has 143.
+    Rempe 2020 table 2, "a percentage of the GRF exerted by an idle 73 kg person", forces at 30 frames a
+    second. Mean GRF is its mean: not the norm of the mean force, which is 100 for any motion that begins and
+    ends at the same velocity, however it jitters; their jittering input has 143. Max GRF is its maximum: an
+    impact is the higher the shorter the time over which its force is averaged.
     """
-    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).mean(-1))
+    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1))
 
 
-def max_grf_pct(force_N: Array, mass_kg: float) -> Array:
-    """Max GRF: greatest norm of the force, percent of body weight, (..., T, 3) → (...).
-
-    Rempe 2020 table 2, with forces at 30 frames a second. An impact is the higher the shorter the time over
-    which its force is averaged.
-    """
-    return np.asarray(np.linalg.norm(body_weight_pct(force_N, mass_kg), axis=-1).max(-1))
-
-
-def ballistic_grf_pct(force_N: Array, flight: Flags, mass_kg: float) -> float:
+def ballistic_grf_pct(norm_pct: Array, flight: Flags) -> float:
     """Ballistic GRF: median norm of the force while nothing should touch, percent of body weight.
 
     Rempe 2020 table 2: "median GRF on the COM when no feet joints should be in contact according to ground
     truth labels". NaN without flight.
 
     Args:
-        force_N: (T, 3).
+        norm_pct: (T,) from `grf_norm_pct`.
         flight: (T,) frames in which the reference touches nothing.
-        mass_kg: of the person.
     """
-    if not flight.any():
-        return float("nan")
-    return float(np.median(np.linalg.norm(body_weight_pct(force_N[flight], mass_kg), axis=-1)))
-
-
-def flight_frames(clearance: Array, least_m: float = 0.05) -> Flags:
-    """Frames in which no part is nearer to its support than 5 cm, nor in the frames beside, (T, C) → (T,).
-
-    The frames beside are left out because forces and accelerations are of an interval.
-    """
-    high = np.asarray((clearance > least_m).all(-1))
-    padded = np.concatenate((high[:1], high, high[-1:]))
-    return np.asarray(padded[:-2] & padded[1:-1] & padded[2:])
-
-
-def grf_mae_pct(force_N: Array, measured_N: Array, mass_kg: float) -> Array:
-    """Mean absolute error of each component, percent of body weight, (..., T, 3) → (..., 3), less NaN."""
-    return body_weight_pct(mean_known(np.abs(force_N - measured_N), (-2,)), mass_kg)
-
-
-def grf_rmse_pct(force_N: Array, measured_N: Array, mass_kg: float) -> Array:
-    """Root mean squared error of each component, percent of body weight, (..., T, 3) → (..., 3)."""
-    return body_weight_pct(np.sqrt(mean_known(np.square(force_N - measured_N), (-2,))), mass_kg)
+    return float(np.median(norm_pct[flight])) if flight.any() else float("nan")
 
 
 def correlation(a: Array, b: Array) -> float:

@@ -1,16 +1,15 @@
-"""Intervals of scores, and the low-pass filter of force comparisons; pure functions of arrays."""
+"""Scores that are means over frames, and their intervals."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, special
+from scipy import special
 
-from simrecon.errors import InputError
 from simrecon.types import Array
 
 BLOCK_S = 0.5
@@ -58,6 +57,29 @@ def of_frames(
     return Series(np.asarray(numerator), np.asarray(known.sum(axes), dtype=np.float64), root)
 
 
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """Scores of one motion.
+
+    Attributes:
+        series: those that are means over frames, which have intervals.
+        numbers: the others.
+    """
+
+    series: dict[str, Series] = field(default_factory=dict)
+    numbers: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """All scores that are known, by name."""
+        values = {name: series.value for name, series in self.series.items()} | self.numbers
+        return {name: value for name, value in values.items() if np.isfinite(value)}
+
+    def __or__(self, other: Scores) -> Scores:
+        """Both together."""
+        return Scores(self.series | other.series, self.numbers | other.numbers)
+
+
 def interval(
     series: Series,
     block_frames: int,
@@ -102,12 +124,12 @@ def interval(
 
 
 def intervals(
-    found: Mapping[str, Series], duration_s: float, *, seed: int = 0, block_s: float = BLOCK_S
+    scores: Mapping[str, Series], duration_s: float, *, seed: int = 0, block_s: float = BLOCK_S
 ) -> dict[str, tuple[float, float]]:
     """`interval` of each score of a clip; those of the same rate are drawn on the same resamples.
 
     Args:
-        found: by name, each at its own rate over the whole clip.
+        scores: by name, each at its own rate over the whole clip.
         duration_s: of the clip.
         seed: of the draws.
         block_s: length of a block.
@@ -115,32 +137,5 @@ def intervals(
     share = block_s / duration_s
     return {
         name: interval(series, round(share * len(series.weight)), np.random.default_rng(seed))
-        for name, series in found.items()
+        for name, series in scores.items()
     }
-
-
-def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:
-    """Zero-lag Butterworth low-pass along the first axis, (T, ...) → (T, ...).
-
-    Run forwards and backwards (Winter 2009, section 2.2.4.4), so a filter of order 4 is two passes of order
-    2, each with its cut-off raised by the factor of that section, so that both together have the one asked
-    for.
-
-    Args:
-        values: finite.
-        interval_s: between rows.
-        cutoff_hz: where amplitude falls to 0.707; below half the sampling rate.
-        order: even, of both passes together.
-
-    Raises:
-        InputError: a cut-off that the sampling rate doesn't allow, or too few rows.
-    """
-    passes = order // 2
-    # One pass of order n has |H|² = 1 / (1 + w^2n); two in a row are at 1/√2 where w^2n = √2 − 1.
-    raised = np.tan(np.pi * cutoff_hz * interval_s) / (np.sqrt(2.0) - 1.0) ** (0.5 / passes)
-    corner = 2.0 * np.arctan(raised) / np.pi if 0 < cutoff_hz * interval_s < 0.5 else 1.0
-    if not 0 < corner < 1:
-        raise InputError(f"cut-off: found {cutoff_hz:g} Hz; valid: above 0, below {0.5 / interval_s:g} Hz")
-    sections = signal.butter(passes, corner, output="sos")
-    pad = min(len(values) - 1, round(1.0 / (cutoff_hz * interval_s)))
-    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))

@@ -1,6 +1,6 @@
 """Touch: which parts of the body are within 2 cm of the scene, at rest or moving (docs/metrics.md).
 
-Contact at rest (`contact.touching`) leaves nothing to score of a roll or a landing, whose parts touch in
+Contact at rest (`bones.touching`) leaves nothing to score of a roll or a landing, whose parts touch in
 passing. Axes: T frames, C capsules, P parts.
 """
 
@@ -24,7 +24,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "left_foot": ("left_heel", "left_toe"),
     "right_foot": ("right_heel", "right_toe"),
 }
-"""Capsules of `bodies.bones` by part; an arm ends at the wrist, a leg holds the knee."""
+"""Capsules of `bones.bones` by part; an arm ends at the wrist, a leg holds the knee."""
 
 
 def parts(flags: Flags, capsules: Sequence[str]) -> Flags:
@@ -38,15 +38,15 @@ def near(clearance_m: Array, capsules: Sequence[str]) -> Flags:
     return parts(clearance_m < TOUCH_M, capsules)
 
 
-def scores(found: Flags, wanted: Flags, prefix: str = "touch_f1") -> dict[str, float]:
+def scores(touches: Flags, truth: Flags, prefix: str = "touch_f1") -> dict[str, float]:
     """F1 of the parts (T, P) that the reference touches with in three frames or more.
 
     Returns:
         `<prefix>` their mean, `<prefix>_least` the worst, and `<prefix>_<part>`; empty if there is none.
     """
-    f1 = contact_f1(found, wanted)
+    f1 = contact_f1(touches, truth)
     known = {
-        name: float(f1[column]) for column, name in enumerate(PARTS) if wanted[:, column].sum() >= FRAMES_MIN
+        name: float(f1[column]) for column, name in enumerate(PARTS) if truth[:, column].sum() >= FRAMES_MIN
     }
     if not known:
         return {}

@@ -1,4 +1,4 @@
-"""References (`simrecon.truth/1`), and the names and times that all scores share."""
+"""References (`simrecon.truth/1`), and the names of joints that all scores share."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ FOOT_POINTS = ("left_heel", "right_heel", "left_toe", "right_toe")
 ALIASES = {"left_foot_index": "left_toe", "right_foot_index": "right_toe"}
 CUTOFF_HZ = 20.0
 """Low-pass of force comparisons where the reference names none (`grf_cutoff_hz`): keeps a heel strike."""
-
-_TIME_TOLERANCE_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,26 +119,3 @@ def check_names(whose: str, names: Sequence[str]) -> None:
     if missing := [joint for joint in BODY_JOINTS if joint not in names]:
         valid = f"all of {', '.join(BODY_JOINTS)}"
         raise InputError(f"joint_names of the {whose}: found no {', '.join(missing)}; valid: {valid}")
-
-
-def covered_times(motion_times_s: Array, truth_times_s: Array) -> Array:
-    """The reference's times that the motion covers.
-
-    Raises:
-        InputError: fewer than three.
-    """
-    start, end = motion_times_s[0] - _TIME_TOLERANCE_S, motion_times_s[-1] + _TIME_TOLERANCE_S
-    times = truth_times_s[(truth_times_s >= start) & (truth_times_s <= end)]
-    if len(times) < 3:
-        found = f"{len(times)} frames of the reference from {start:.3f} to {end:.3f} s"
-        raise InputError(f"times_s: found {found}, which the motion covers; valid: three or more")
-    return np.asarray(times)
-
-
-def at(times_s: Array, given_times_s: Array, values: Array) -> Array:
-    """Linear interpolation of (T, ...) to other times (N,) → (N, ...); held beyond the ends."""
-    after = np.clip(np.searchsorted(given_times_s, times_s), 1, len(given_times_s) - 1)
-    before = after - 1
-    fraction = (times_s - given_times_s[before]) / (given_times_s[after] - given_times_s[before])  # (N,)
-    weight = np.clip(fraction, 0.0, 1.0).reshape(-1, *(1,) * (values.ndim - 1))
-    return np.asarray((1 - weight) * values[before] + weight * values[after])

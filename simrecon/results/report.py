@@ -7,11 +7,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import metrics
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.body import names
@@ -19,10 +17,15 @@ from simrecon.evidence import sides
 from simrecon.geometry import camera as cameras
 from simrecon.io import provenance
 from simrecon.job import Job
-from simrecon.metrics.joints import H36M_HZ, resampled
+from simrecon.metrics import feet, pose
+from simrecon.metrics.clearance import box_clearance
+from simrecon.metrics.rates import H36M_HZ, resampled
+from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
 from simrecon.results.folder import MOTION, SCHEMA
+from simrecon.sim.address import locate
+from simrecon.sim.poses import posed
 from simrecon.softfloor import Calibration
 from simrecon.types import Array, KinematicFit, Report, WindowResult
 
@@ -74,11 +77,16 @@ def make(
 
 def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
     """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
-    given, name = run.evidence, job.detected or job.input
+    evidence, name = run.evidence, job.detected or job.input
     if job.retarget:
         name = str(Path(job.input) / MOTION)
-    exchanged = sides.find(given).as_dict()
-    return {"name": name, "sha256": given.sha256, "reading": given.reading or None, "exchanged": exchanged}
+    exchanged = sides.find(evidence).as_dict()
+    return {
+        "name": name,
+        "sha256": evidence.sha256,
+        "reading": evidence.reading or None,
+        "exchanged": exchanged,
+    }
 
 
 def _soft_floor(calibration: Calibration) -> dict[str, Any]:
@@ -101,33 +109,29 @@ def plausibility(run: Reconstruction) -> dict[str, float | None]:
     motion, model = run.motion, run.problem.model
     kept = motion.status == SIMULATED  # (T,)
     columns = [motion.joint_names.index(name) for name in _FOOT_JOINTS]
-    feet, clearance = motion.joints_m[kept][:, columns], _foot_clearance(run)
-    weight_N = float(model.body_subtreemass[model.jnt_bodyid[0]] * np.linalg.norm(model.opt.gravity))
+    ankles, clearance = motion.joints_m[kept][:, columns], _foot_clearance(run)  # (S, 2, 3), (S, 2)
+    weight_N = locate(model).mass_kg(model) * float(np.linalg.norm(model.opt.gravity))
     if kept.sum() > 1:
-        feet, clearance = (resampled(motion.times_s[kept], x, H36M_HZ) for x in (feet, clearance))
+        ankles, clearance = (resampled(motion.times_s[kept], x, H36M_HZ) for x in (ankles, clearance))
     return {
-        "footskate_pct": float(metrics.footskate_pct(feet, clearance)) if len(feet) > 1 else None,
-        "float_pct": float(metrics.float_pct(clearance)),
+        "footskate_pct": 100.0 * of_frames(feet.footskate_steps(ankles, clearance)).value,
+        "float_pct": 100.0 * of_frames(feet.float_frames(clearance)).value,
         "penetration_mean_mm": run.audit.floor_penetration_mean_mm,
         "penetration_max_mm": run.audit.floor_penetration_max_mm,
-        "mean_grf_pct_bw": 100 * float(motion.grf_N[kept, 2].mean()) / weight_N,
+        "mean_grf_pct_bw": 100 * of_frames(motion.grf_N[kept, 2]).value / weight_N,
         "mpjpe_2d_px": _mpjpe_2d(run),
     }
 
 
 def _foot_clearance(run: Reconstruction) -> Array:
     """Height of each foot's lowest corner over what is under its centre, (S, 2), in the simulated frames."""
-    model, motion = run.problem.model, run.motion
-    data, boxes = mujoco.MjData(model), [model.geom(name).id for name in _FEET]
-    places, axes = [], []
-    for configuration in motion.qpos[motion.status == SIMULATED]:
-        data.qpos[:] = configuration
-        mujoco.mj_kinematics(model, data)
-        places.append(data.geom_xpos[boxes])
-        axes.append(data.geom_xmat[boxes].reshape(-1, 3, 3))
-    centres = np.array(places)  # (S, 2, 3)
+    model, qpos = run.problem.model, run.motion.qpos[run.motion.status == SIMULATED]
+    boxes = locate(model).geoms(model, _FEET)
+    centres, axes = np.empty((len(qpos), 2, 3)), np.empty((len(qpos), 2, 3, 3))
+    for frame, data in enumerate(posed(model, qpos)):
+        centres[frame], axes[frame] = data.geom_xpos[boxes], data.geom_xmat[boxes].reshape(-1, 3, 3)
     support = scenes.support_height(run.fit.scene, centres[..., :2])  # (S, 2)
-    return metrics.box_clearance(centres, np.array(axes), model.geom_size[boxes], support)
+    return box_clearance(centres, axes, model.geom_size[boxes], support)
 
 
 def _mpjpe_2d(run: Reconstruction) -> float | None:
@@ -139,7 +143,8 @@ def _mpjpe_2d(run: Reconstruction) -> float | None:
     known = points != names.IGNORED
     camera = cameras.resampled(run.fit.camera, run.fit.times_s, run.motion.times_s[kept])
     shown = cameras.project(camera, run.motion.joints_m[kept][:, points[known]])
-    return float(metrics.mpjpe_2d(shown, evidence.keypoints_px[kept][:, known]))
+    errors = pose.distances(shown, evidence.keypoints_px[kept][:, known])  # (S, K) px
+    return float(pose.mean_known(errors, (0, 1)))
 
 
 def _window(result: WindowResult, step_s: float) -> dict[str, Any]:
@@ -183,6 +188,8 @@ def _person(fit: KinematicFit) -> dict[str, Any]:
     return {
         "height_m": fit.body.height_m,
         "mass_kg": fit.body.mass_kg,
+        "betas": fit.body.betas,
+        "shape_space": fit.body.shape_space,
         "lengths_m": bodies.measure_template(fit.body.skeleton),
     }
 

@@ -58,7 +58,17 @@ class Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A person: kinematic tree, primitives, mass, and the MJCF made of them (the person alone, no scene)."""
+    """A person: kinematic tree, primitives, mass, and the MJCF made of them (the person alone, no scene).
+
+    Attributes:
+        betas: (B,) shape parameters, none if the shape is not parametric.
+        height_m: stature.
+        mass_kg: of the whole person.
+        skeleton: the kinematic tree.
+        primitives: its rigid shapes.
+        mjcf: the model of both.
+        shape_space: name of the space of the betas: `simrecon`, or the file of a body model; empty without.
+    """
 
     betas: Array
     height_m: float
@@ -66,3 +76,4 @@ class Body:
     skeleton: Skeleton
     primitives: tuple[Primitive, ...]
     mjcf: str
+    shape_space: str = ""

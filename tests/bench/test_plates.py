@@ -7,7 +7,7 @@ import pytest
 
 from simrecon import evidence
 from simrecon.bench import places, plates
-from simrecon.metrics import bodies, dynamics, statistics
+from simrecon.metrics import anthropometry, dynamics, filters
 from simrecon.metrics.truth import read_truth
 from simrecon.types import Evidence
 
@@ -50,9 +50,9 @@ def test_a_real_walk_carries_its_weight(shared_data: Path, tmp_path: Path) -> No
     assert truth.plates is not None
     assert truth.plates.cutoff_hz == 6.0
     assert evidence.read(given).times_s[0] == pytest.approx(0.1)
-    com = bodies.centre_of_mass(truth.joint_names, truth.joints_m)
-    implied = dynamics.implied_grf(statistics.low_pass(com, 0.01, 6.0), 60.1, 0.01)[:, 2]
-    measured = statistics.low_pass(truth.plates.force_N.sum(1), 0.01, 6.0)[1:-1, 2]
+    com = anthropometry.centre_of_mass(truth.joint_names, truth.joints_m)
+    implied = dynamics.implied_grf(filters.low_pass(com, 0.01, 6.0), 60.1, 0.01)[:, 2]
+    measured = filters.low_pass(truth.plates.force_N.sum(1), 0.01, 6.0)[1:-1, 2]
     known = truth.plates.known[1:-1]
     assert known.mean() > 0.8
     assert dynamics.correlation(implied[known], measured[known]) > 0.95

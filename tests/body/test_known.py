@@ -71,3 +71,5 @@ def test_without_wishes_shares_stay_and_mass_follows_volume() -> None:
     assert same.mass_kg == pytest.approx(146.0)
     assert small.mass_kg == pytest.approx(146.0 / 8)
     np.testing.assert_allclose(small.primitives[0].size_m, 0.5 * before.primitives[0].size_m)
+    assert small.shape_space == before.shape_space == "simrecon"
+    np.testing.assert_array_equal(small.betas, before.betas)

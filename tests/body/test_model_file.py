@@ -55,12 +55,14 @@ def test_landmarks_are_where_simrecon_has_them(model: ShapeSpace) -> None:
 
 
 def test_primitives_are_fitted_to_its_skin(model: ShapeSpace) -> None:
-    found = {p.name: p for p in bodies.build(betas=BETAS, shapes=model, mass_kg=70.0).primitives}
+    body = bodies.build(betas=BETAS, shapes=model, mass_kg=70.0)
+    fitted = {p.name: p for p in body.primitives}
     own = {p.name: p for p in bodies.build(betas=BETAS, mass_kg=70.0).primitives}
-    assert sum(p.mass_kg for p in found.values()) == pytest.approx(70.0, abs=1e-6)
+    assert sum(p.mass_kg for p in fitted.values()) == pytest.approx(70.0, abs=1e-6)
     for name in ("left_thigh", "left_forearm", "ribs", "left_foot", "skull"):
-        np.testing.assert_allclose(found[name].size_m, own[name].size_m, atol=0.02)
-        assert np.linalg.norm(found[name].points_m.mean(axis=0) - own[name].points_m.mean(axis=0)) < 0.04
+        np.testing.assert_allclose(fitted[name].size_m, own[name].size_m, atol=0.02)
+        assert np.linalg.norm(fitted[name].points_m.mean(axis=0) - own[name].points_m.mean(axis=0)) < 0.04
+    assert body.shape_space == "model.npz"
 
 
 def test_names_of_joints_serve_where_their_number_says_nothing(tmp_path: Path, model: ShapeSpace) -> None:
@@ -148,5 +150,5 @@ def test_other_units_and_inverted_faces_are_refused(tmp_path: Path) -> None:
 
 
 def test_its_parameters_are_its_own(model: ShapeSpace) -> None:
-    with pytest.raises(InputError, match=r"up to 10 numbers \(body model model.npz\)"):
+    with pytest.raises(InputError, match=r"up to 10 numbers \(shape space model.npz\)"):
         shaped.make(np.zeros(12), shapes=model)

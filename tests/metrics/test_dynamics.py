@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from simrecon.metrics import dynamics
+from simrecon.metrics.statistics import of_frames
 from simrecon.types import Array
 
 DT = 1 / 50
@@ -21,17 +22,17 @@ def test_a_ballistic_ball_asks_for_no_force_and_a_standing_block_for_its_weight(
         dynamics.implied_grf(np.ones((40, 3)), 70.0, DT),
     )
     np.testing.assert_allclose(flying, 0, atol=1e-9)
-    assert dynamics.ballistic_grf_pct(flying, np.ones(38, dtype=bool), 70.0) == pytest.approx(0, abs=1e-9)
-    assert dynamics.mean_grf_pct(standing, 70.0) == pytest.approx(100)
-    assert dynamics.max_grf_pct(standing, 70.0) == pytest.approx(100)
+    norm = dynamics.grf_norm_pct(flying, 70.0)
+    assert dynamics.ballistic_grf_pct(norm, np.ones(38, dtype=bool)) == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(dynamics.grf_norm_pct(standing, 70.0), 100)
 
 
 def test_mean_force_counts_jitter() -> None:
     """Up and down at 2 g: the norm of the mean force would be 100."""
     force = np.tile([0.0, 0.0, 9.81], (10, 1))
     force[::2, 2], force[1::2, 2] = 9.81 - 19.62, 9.81 + 19.62
-    assert dynamics.mean_grf_pct(force, 1.0) == pytest.approx(200)
-    assert dynamics.mean_grf_pct(np.abs(force[1::2]), 1.0) == pytest.approx(300)
+    assert dynamics.grf_norm_pct(force, 1.0).mean() == pytest.approx(200)
+    np.testing.assert_allclose(dynamics.grf_norm_pct(np.abs(force[1::2]), 1.0), 300)
 
 
 def test_means_over_other_intervals_keep_the_impulse(rng: np.random.Generator) -> None:
@@ -51,32 +52,35 @@ def test_implied_force_does_not_depend_on_the_mass_place_or_heading(rng: np.rand
     turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
     force = dynamics.implied_grf(com, 50.0, DT)
     other = dynamics.implied_grf(com @ turn.T + 4.0, 80.0, DT)
-    assert dynamics.max_grf_pct(other, 80.0) == pytest.approx(dynamics.max_grf_pct(force, 50.0))
-    assert dynamics.mean_grf_pct(other, 80.0) == pytest.approx(dynamics.mean_grf_pct(force, 50.0))
+    np.testing.assert_allclose(dynamics.grf_norm_pct(other, 80.0), dynamics.grf_norm_pct(force, 50.0))
 
 
 def test_ballistic_force_is_a_median_in_flight_only() -> None:
     force = np.zeros((5, 3))
     force[:, 2] = [700.0, 0.0, 9.81, 98.1, 0.0]
     flight = np.array([False, True, True, True, False])
-    assert dynamics.ballistic_grf_pct(force, flight, 10.0) == pytest.approx(10.0)
-    assert np.isnan(dynamics.ballistic_grf_pct(force, np.zeros(5, dtype=bool), 10.0))
-
-
-def test_flight_leaves_out_the_frames_beside() -> None:
-    clearance = np.array([[0.0, 1.0], [0.2, 1.0], [0.2, 0.06], [0.2, 1.0], [0.2, 0.04]])
-    np.testing.assert_array_equal(dynamics.flight_frames(clearance), [False, False, True, False, False])
+    norm = dynamics.grf_norm_pct(force, 10.0)
+    assert dynamics.ballistic_grf_pct(norm, flight) == pytest.approx(10.0)
+    assert np.isnan(dynamics.ballistic_grf_pct(norm, np.zeros(5, dtype=bool)))
 
 
 def test_errors_against_plates(rng: np.random.Generator) -> None:
+    """Mean absolute and root mean squared errors of components, percent of body weight."""
     measured = rng.normal(size=(30, 3)) * 100
     force = measured + np.array([0.0, 9.81, -19.62])
-    np.testing.assert_allclose(dynamics.grf_mae_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
-    np.testing.assert_allclose(dynamics.grf_rmse_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
     force[3] = np.nan
-    np.testing.assert_allclose(dynamics.grf_mae_pct(force, measured, 10.0), [0, 10, 20], atol=1e-12)
-    assert dynamics.correlation(force[:, 2], 3 * measured[:, 2] + 1) == pytest.approx(1)
-    assert dynamics.correlation(force[:, 2], -measured[:, 2]) == pytest.approx(-1)
+    error = dynamics.body_weight_pct(force - measured, 10.0)
+    for component, value in enumerate((0, 10, 20)):
+        column = error[:, component]
+        assert of_frames(np.abs(column)).value == pytest.approx(value, abs=1e-12)
+        assert of_frames(np.square(column), root=True).value == pytest.approx(value, abs=1e-12)
+
+
+def test_correlation_of_what_is_known(rng: np.random.Generator) -> None:
+    vertical = rng.normal(size=30)
+    vertical[3] = np.nan
+    assert dynamics.correlation(vertical, 3 * vertical + 1) == pytest.approx(1)
+    assert dynamics.correlation(vertical, -vertical) == pytest.approx(-1)
     assert np.isnan(dynamics.correlation(np.ones(5), np.arange(5.0)))
 
 

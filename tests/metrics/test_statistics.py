@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from simrecon.errors import InputError
 from simrecon.metrics import statistics
 from simrecon.metrics.statistics import Series
 from simrecon.types import Array
@@ -51,10 +50,10 @@ def test_interval_covers_the_mean_of_frames_that_hang_together(frames: int) -> N
 
 def test_blocks_are_as_long_for_scores_of_any_rate() -> None:
     fast = np.repeat(np.random.default_rng(0).normal(size=20), 30)  # 10 s at 60 frames a second
-    found = statistics.intervals(
+    limits = statistics.intervals(
         {"60": statistics.of_frames(fast), "30": statistics.of_frames(fast[::2])}, 10.0
     )
-    np.testing.assert_allclose(np.ptp(found["60"]), np.ptp(found["30"]), rtol=0.1)
+    np.testing.assert_allclose(np.ptp(limits["60"]), np.ptp(limits["30"]), rtol=0.1)
 
 
 def test_blocks_widen_the_interval_of_frames_that_hang_together() -> None:
@@ -76,19 +75,3 @@ def test_interval_is_seeded_and_the_same_frames_are_drawn_for_every_score() -> N
 
 def test_interval_without_anything_that_counts() -> None:
     assert np.isnan(statistics.interval(Series(np.zeros(9), np.zeros(9)), 3, np.random.default_rng(0))).all()
-
-
-def test_low_pass_is_3_decibels_down_at_its_cutoff_without_lag() -> None:
-    times = np.arange(2000) / 100
-    for frequency, gain in ((1.0, 1.0), (6.0, np.sqrt(0.5)), (25.0, 0.0)):
-        wave = np.sin(2 * np.pi * frequency * times)
-        passed = statistics.low_pass(wave, 0.01, 6.0)[500:1500]
-        scale = passed @ wave[500:1500] / (wave[500:1500] @ wave[500:1500])
-        assert scale == pytest.approx(gain, abs=0.01)
-        np.testing.assert_allclose(passed, scale * wave[500:1500], atol=0.01)
-
-
-@pytest.mark.parametrize("cutoff", [0.0, 50.0, -3.0])
-def test_low_pass_refuses_what_the_rate_does_not_allow(cutoff: float) -> None:
-    with pytest.raises(InputError, match=r"cut-off: found .* below 50 Hz"):
-        statistics.low_pass(np.zeros(100), 0.01, cutoff)

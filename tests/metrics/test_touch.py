@@ -7,7 +7,7 @@ import pytest
 
 from simrecon import body as bodies
 from simrecon.metrics import touch
-from simrecon.metrics.bodies import bone_clearance, bones
+from simrecon.metrics.bones import bone_clearance, bones
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.types import Scene
 
@@ -16,21 +16,21 @@ CAPSULES = ("pelvis", "trunk", "left_forearm", "left_heel", "left_toe")
 
 def test_a_part_touches_with_any_of_its_capsules() -> None:
     clearance = np.array([[0.3, 0.019, 0.5, 0.5, -0.1], [0.3, 0.021, 0.0, 0.5, 0.03]])
-    found = touch.near(clearance, CAPSULES)
+    near = touch.near(clearance, CAPSULES)
     names = list(touch.PARTS)
-    assert [names[k] for k in np.flatnonzero(found[0])] == ["back", "left_foot"]
-    assert [names[k] for k in np.flatnonzero(found[1])] == ["left_arm"]
+    assert [names[k] for k in np.flatnonzero(near[0])] == ["back", "left_foot"]
+    assert [names[k] for k in np.flatnonzero(near[1])] == ["left_arm"]
 
 
 def test_f1_counts_parts_that_the_reference_touches_with() -> None:
-    """The back for four frames, found in three of them and one beside; a foot for two, which is too few."""
-    wanted, found = np.zeros((2, 8, len(touch.PARTS)), bool)
+    """The back for four frames, touched in three of them and one beside; a foot for two, which is too few."""
+    truth, touches = np.zeros((2, 8, len(touch.PARTS)), bool)
     back, foot = list(touch.PARTS).index("back"), list(touch.PARTS).index("left_foot")
-    wanted[2:6, back], found[3:7, back] = True, True
-    wanted[:2, foot] = True
-    scores = touch.scores(found, wanted)
+    truth[2:6, back], touches[3:7, back] = True, True
+    truth[:2, foot] = True
+    scores = touch.scores(touches, truth)
     assert scores == pytest.approx({"touch_f1": 0.75, "touch_f1_least": 0.75, "touch_f1_back": 0.75})
-    assert touch.scores(found, np.zeros_like(wanted)) == {}
+    assert touch.scores(touches, np.zeros_like(truth)) == {}
     assert set(scores) <= set(DEFINITIONS)
 
 

@@ -24,6 +24,7 @@ from simrecon import scene as scenes
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.results import folder as folders
+from simrecon.results import report as reports
 from simrecon.types import Scene
 from tests.support.runs import job_of
 
@@ -144,12 +145,21 @@ def test_report_describes_person_fit_and_audit(written: Path, run: Any) -> None:
     said = report(written)
     assert said["person"]["mass_kg"] == 70.0
     assert said["person"]["lengths_m"] == bodies.measure_template(run.fit.body.skeleton)
+    assert (said["person"]["betas"], said["person"]["shape_space"]) == ([], "")
     assert said["kinematics"]["iterations"] == run.fit.iterations > 0
     assert said["kinematics"]["loss_terms"] == run.fit.loss
     assert said["kinematics"]["reprojection_median_px"] == np.nanmedian(run.fit.reprojection_px)
     assert said["audit"] == dataclasses.asdict(run.audit)
     assert said["audit"]["replay_exact"] is True
     assert said["audit"]["max_root_actuator_force_N"] == said["audit"]["max_applied_force_N"] == 0
+
+
+def test_report_has_what_a_skin_is_made_of(run: Any, tmp_path: Path) -> None:
+    body = bodies.build(betas=np.array([1.0, -0.5]), mass_kg=70.0)
+    shaped = replace(run, fit=replace(run.fit, body=body))
+    person = reports.make(job_of(tmp_path), shaped, run.seconds)["person"]
+    assert person["betas"] == [1.0, -0.5] + [0.0] * 8
+    assert person["shape_space"] == "simrecon"
 
 
 def test_report_scores_what_needs_no_reference(written: Path, run: Any) -> None:

@@ -1,0 +1,36 @@
+"""The low-pass filter of force comparisons; pure functions of arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import signal
+
+from simrecon.errors import InputError
+from simrecon.types import Array
+
+
+def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:
+    """Zero-lag Butterworth low-pass along the first axis, (T, ...) → (T, ...).
+
+    Run forwards and backwards (Winter 2009, section 2.2.4.4), so a filter of order 4 is two passes of order
+    2, each with its cut-off raised by the factor of that section, so that both together have the one that
+    is given.
+
+    Args:
+        values: finite.
+        interval_s: between rows.
+        cutoff_hz: where amplitude falls to 0.707; below half the sampling rate.
+        order: even, of both passes together.
+
+    Raises:
+        InputError: a cut-off that the sampling rate doesn't allow, or too few rows.
+    """
+    passes = order // 2
+    # One pass of order n has |H|² = 1 / (1 + w^2n); two in a row are at 1/√2 where w^2n = √2 − 1.
+    raised = np.tan(np.pi * cutoff_hz * interval_s) / (np.sqrt(2.0) - 1.0) ** (0.5 / passes)
+    corner = 2.0 * np.arctan(raised) / np.pi if 0 < cutoff_hz * interval_s < 0.5 else 1.0
+    if not 0 < corner < 1:
+        raise InputError(f"cut-off: found {cutoff_hz:g} Hz; valid: above 0, below {0.5 / interval_s:g} Hz")
+    sections = signal.butter(passes, corner, output="sos")
+    pad = min(len(values) - 1, round(1.0 / (cutoff_hz * interval_s)))
+    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))
