@@ -7,6 +7,7 @@ import io
 import math
 import os
 import struct
+import sys
 import tokenize
 import zipfile
 import zlib
@@ -22,6 +23,7 @@ from simrecon.errors import InputError
 from simrecon.io.limits import MAX_BYTES, size_text
 from simrecon.types import Array
 
+_TOTAL_MAX_BYTES = 2 * MAX_BYTES
 # What numpy and zipfile raise on damaged archives.
 _UNREADABLE = (
     ValueError, TypeError, EOFError, KeyError, OSError, MemoryError, OverflowError, NotImplementedError,
@@ -147,6 +149,9 @@ def parse_npz(
     key = "archive"
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            total = sum(info.file_size for info in archive.infolist())
+            if total > _TOTAL_MAX_BYTES:
+                raise ValueError(f"{size_text(total)}; at most {size_text(_TOTAL_MAX_BYTES)} are read")
             for info in archive.infolist():
                 key = info.filename.removesuffix(".npy")
                 arrays[key] = _member(source, key, archive, info, objects)
@@ -178,7 +183,21 @@ def _member(
     claimed, there = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
     if claimed > there and not dtype.hasobject:
         raise ValueError(f"an array of {size_text(claimed)} in {size_text(there)}")
-    return np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)
+    values: NDArray[Any] = np.lib.format.read_array(io.BytesIO(raw), allow_pickle=False)
+    check_text(values)
+    return values
+
+
+def check_text(values: NDArray[Any]) -> None:
+    """Check the characters of text: numpy takes any number for one, and fails when it is looked at.
+
+    Raises:
+        ValueError: there is no such character.
+    """
+    if values.dtype.kind == "U" and values.size and values.itemsize:
+        codes = np.ascontiguousarray(values).reshape(-1).view(values.dtype.byteorder + "u4")
+        if codes.max() > sys.maxunicode:
+            raise ValueError(f"text with a character of number {codes.max()}")
 
 
 def listed(names: Collection[str]) -> str:
