@@ -12,8 +12,8 @@ from scipy.sparse import csc_array, csr_array
 
 from simrecon.errors import InputError
 from simrecon.io import pickles
-from simrecon.io.arrays import parse_npz
 from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.npz import parse_npz
 from simrecon.io.pickles.arrays import Held, Sparse, SparseRows, Variable
 
 _PICKLES = (".pkl", ".pickle")

@@ -12,7 +12,7 @@ from simrecon import scene as scenes
 from simrecon.errors import InputError
 from simrecon.evaluation.simulated import foot_rest
 from simrecon.io import atomic
-from simrecon.io.arrays import load
+from simrecon.io.npz import load
 from simrecon.metrics import bodies, statistics
 from simrecon.metrics.bodies import Configurations
 from simrecon.types import Array, KinematicFit, Scene

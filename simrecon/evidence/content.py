@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.io import pickles
-from simrecon.io.arrays import Arrays, listed, parse_npz
+from simrecon.io.arrays import Arrays, listed
 from simrecon.io.limits import MAX_BYTES, decompressed, size_text
+from simrecon.io.npz import parse_npz
 from simrecon.io.pickles import torch_files
 
 _VIDEO = (b"\x1a\x45\xdf\xa3", b"RIFF", b"\x00\x00\x01\xba", b"\x00\x00\x01\xb3", b"FLV")

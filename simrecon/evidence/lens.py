@@ -197,7 +197,7 @@ def _distortion(path: Path, key: str, values: Array) -> Array:
 def _toml(path: Path, raw: bytes) -> list[_Found]:
     try:
         tree = tomllib.loads(raw.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:  # also of text that is not UTF-8, and lists without end
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         valid = "TOML of simrecon, Pose2Sim or Caliscope, or YAML, XML or JSON of OpenCV's FileStorage"
         raise InputError(
             f"{path}: found no camera file ({' '.join(str(error).split())}); valid: {valid}"

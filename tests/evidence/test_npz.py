@@ -327,7 +327,7 @@ def test_a_character_that_there_is_not(tmp_path: Path, order: str) -> None:
     names = given["joint_names"].astype(f"{order}U30")
     names.view(f"{order}u4")[3] = 0x7FFFFFFF
     path = saved(tmp_path, {**given, "joint_names": names})
-    with pytest.raises(InputError, match="joint_names: found .*a character of number 2147483647"):
+    with pytest.raises(InputError, match=r"joint_names: found .*a character of number 2147483647"):
         read(path)
 
 

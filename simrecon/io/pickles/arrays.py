@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.io.arrays import check_text
+from simrecon.io.npz import check_text
 
 _TYPE = re.compile(r"[<>=|]?[biufcSUO][0-9]{0,9}")
 
