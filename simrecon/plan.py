@@ -12,8 +12,8 @@ from typing import Any
 from simrecon import resources
 from simrecon.errors import InputError
 from simrecon.io import tables, toml
+from simrecon.io.messages import hint
 from simrecon.io.tables import choice, number, option, text
-from simrecon.io.values import hint
 from simrecon.optim.covariance import Covariance
 
 PRIORS = ("gaussian", "flow")

@@ -11,7 +11,7 @@ from simrecon.bench import checks
 from simrecon.bench.schema import Suite
 from simrecon.errors import InputError
 from simrecon.io import tables
-from simrecon.io.values import hint
+from simrecon.io.messages import hint
 
 
 def names() -> tuple[str, ...]:

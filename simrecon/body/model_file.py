@@ -19,12 +19,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simrecon.body import shape
+from simrecon.body import foreign, shape
 from simrecon.body.frames import segment_frames
 from simrecon.body.shape import HEAD_POINT, ShapeSpace
 from simrecon.body.skeleton import template
 from simrecon.errors import InputError
-from simrecon.io import unpickle as safeload
 from simrecon.types import Array, IntArray
 
 BETAS_MAX = 10
@@ -73,7 +72,7 @@ def read(path: Path | str) -> ShapeSpace:
     Raises:
         InputError: it can't be read, lacks a key, or its arrays or joints don't fit together.
     """
-    data = safeload.load(path)
+    data = foreign.load(path)
     arrays = {key: _array(data, key, path) for key in _KEYS}
     template_m, basis = arrays["v_template"], arrays["shapedirs"]
     count = len(template_m)

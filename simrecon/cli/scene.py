@@ -13,7 +13,8 @@ from simrecon.cli.scene_motion import listed
 from simrecon.errors import InputError
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io import toml
-from simrecon.io.values import hint, value_of
+from simrecon.io.messages import hint
+from simrecon.io.values import value_of
 from simrecon.scene import edit, files, kinds
 from simrecon.scene.edit import GROUND
 

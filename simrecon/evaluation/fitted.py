@@ -11,7 +11,7 @@ from simrecon import scene as scenes
 from simrecon.errors import InputError
 from simrecon.evaluation.configurations import Configurations, configurations, foot_rest
 from simrecon.io import atomic
-from simrecon.io.arrays import load
+from simrecon.io.npz import load
 from simrecon.metrics import statistics
 from simrecon.sim.address import with_items_at_rest
 from simrecon.sim.models import compile_text

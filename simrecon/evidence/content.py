@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.evidence import pickles, tensors
-from simrecon.io.arrays import Arrays, listed, parse_npz
+from simrecon.io import pickles
+from simrecon.io.arrays import Arrays, listed
 from simrecon.io.limits import MAX_BYTES, decompressed, size_text
+from simrecon.io.npz import parse_npz
+from simrecon.io.pickles import torch_files
 
 _VIDEO = (b"\x1a\x45\xdf\xa3", b"RIFF", b"\x00\x00\x01\xba", b"\x00\x00\x01\xb3", b"FLV")
 _MOVIE_BOXES = (b"ftyp", b"moov", b"mdat", b"wide")
@@ -187,16 +189,16 @@ def npy(source: str, raw: bytes) -> NDArray[Any]:
         raise InputError(f"{source}: found a damaged header ({reason}); valid: a whole .npy file") from error
     there = len(raw) - stream.tell()
     if dtype.hasobject:
-        found = pickles.loads(source, raw[stream.tell() :])
-        if not isinstance(found, np.ndarray):
+        values = pickles.loads(source, raw[stream.tell() :])
+        if not isinstance(values, np.ndarray):
             raise InputError(f"{source}: found objects that are no array; valid: a whole .npy file")
-        return found
+        return values
     count = functools.reduce(lambda a, b: a * b, shape, 1)
     if count * dtype.itemsize != there:
         found_text = f"{size_text(there)} for an array of {size_text(count * dtype.itemsize)}"
         raise InputError(f"{source}: found {found_text}; valid: a whole .npy file")
-    values: NDArray[Any] = np.frombuffer(raw, dtype, count, stream.tell())
-    return values.reshape(shape, order="F" if fortran else "C")
+    plain: NDArray[Any] = np.frombuffer(raw, dtype, count, stream.tell())
+    return plain.reshape(shape, order="F" if fortran else "C")
 
 
 def _single(array: NDArray[Any]) -> Any:
@@ -207,7 +209,7 @@ def _single(array: NDArray[Any]) -> Any:
 def _torch(content: Content) -> Any:
     try:
         with zipfile.ZipFile(io.BytesIO(content.raw)) as archive:
-            raw, storages = tensors.archive_pickle(content.source, archive)
+            raw, storages = torch_files.archive_pickle(content.source, archive)
             return pickles.loads(content.source, raw, storages)
     except (zipfile.BadZipFile, OSError, ValueError, RuntimeError, NotImplementedError) as error:
         reason = " ".join(str(error).split())
@@ -226,8 +228,8 @@ def _json(content: Content) -> Any:
 
 def _pickle(content: Content) -> Any:
     raw = decompressed(content.source, content.raw)
-    found = pickles.loads(content.source, raw)
-    return pickles.loads_legacy(content.source, raw) if found == tensors.LEGACY_MAGIC else found
+    tree = pickles.loads(content.source, raw)
+    return pickles.loads_legacy(content.source, raw) if torch_files.is_legacy(tree) else tree
 
 
 _TREES = {
@@ -267,8 +269,19 @@ def as_array(value: Any) -> NDArray[Any] | None:
     if isinstance(value, (int, float, str, bool, np.generic)):
         return np.asarray(value)
     if isinstance(value, (list, tuple)) and value:
+        count, longest = _extent(value)
+        if 4 * count * longest > MAX_BYTES:  # numpy takes as much for each text as for the longest
+            return None
         try:
             return np.asarray(value)
         except (ValueError, TypeError, OverflowError):
             return None
     return None
+
+
+def _extent(value: Any) -> tuple[int, int]:
+    """How many values a nested list holds, and the length of its longest text."""
+    if isinstance(value, (list, tuple)):
+        parts = [_extent(entry) for entry in value]
+        return sum(count for count, _ in parts), max((longest for _, longest in parts), default=0)
+    return 1, len(value) if isinstance(value, (str, bytes)) else 0

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
-from simrecon.io.arrays import Arrays, listed, load
+from simrecon.io.arrays import Arrays, listed
+from simrecon.io.npz import load
 from simrecon.types import Array, Camera, Evidence, Lens
 
 SCHEMA = "simrecon.evidence/1"

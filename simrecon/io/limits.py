@@ -87,10 +87,10 @@ def _inflate(source: str, method: _Decompressor, content: bytes) -> bytes:
     parts: list[bytes] = []
     total, at = 0, 0
     while not method.eof:
-        given = content[at : at + _STEP]
-        at += len(given)
-        part = method.decompress(given, max_length=_STEP * 16)
-        if not part and not given:
+        compressed = content[at : at + _STEP]
+        at += len(compressed)
+        part = method.decompress(compressed, max_length=_STEP * 16)
+        if not part and not compressed:
             raise EOFError("it ends too early")
         total += len(part)
         if total > MAX_BYTES:

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from simrecon.errors import InputError
 from simrecon.io import toml
 from simrecon.io.fields import Key, check, choice, from_text, keys, not_in_file, number, option, text
-from simrecon.io.values import check_keys, shown
+from simrecon.io.messages import check_keys, shown
 
 __all__ = [
     "Key", "build", "check", "choice", "dumps", "from_text", "keys", "not_in_file", "number", "option",

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import types
 import typing
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 from simrecon.errors import InputError
+from simrecon.io.messages import hint, shown
 
 LARGEST = 1e12
 """Limit of a number without one of its own, so that it is finite at least."""
 _LARGEST_WHOLE = 2**63 - 1
-_SHOWN = 100
 _COUNTS = {2: "two", 3: "three", 4: "four"}
 _REFUSED = object()
 
@@ -162,32 +161,3 @@ def _limits(rules: Mapping[str, Any]) -> str:
     if low is not None:
         return f" at least {low:g}"
     return "" if high is None else f" at most {high:g}"
-
-
-def shown(value: Any) -> str:
-    """A value for a message, shortened, in one line."""
-    line = repr(value)
-    return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 1]}…"
-
-
-def hint(word: str, valid: Collection[str]) -> str:
-    """`, did you mean …?` where a valid word is close."""
-    close = difflib.get_close_matches(word, valid, n=1)
-    return f", did you mean {close[0]!r}?" if close else ""
-
-
-def check_keys(
-    where: str, table: Mapping[str, Any], valid: Collection[str], needed: Collection[str] = ()
-) -> None:
-    """Check that a table holds what it must and nothing else.
-
-    Raises:
-        InputError: it doesn't; the message lists what is valid.
-    """
-    for key in table:
-        if key not in valid:
-            near, names = hint(str(key), valid), ", ".join(valid)
-            raise InputError(f"{where} unknown key {shown(key)}{near}; valid: {names}")
-    for key in needed:
-        if key not in table:
-            raise InputError(f"{where} lacks the key {key!r}; needed: {', '.join(needed)}")

@@ -10,7 +10,7 @@ from typing import Any
 from simrecon import plan as plans
 from simrecon.errors import InputError
 from simrecon.io import provenance, tables, toml
-from simrecon.io.values import check_keys
+from simrecon.io.messages import check_keys
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Hashes, Job, hashes
 from simrecon.scene import files as scene_files

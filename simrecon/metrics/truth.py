@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
-from simrecon.io.arrays import Arrays, load
+from simrecon.io.arrays import Arrays
+from simrecon.io.npz import load
 from simrecon.types import Array
 
 TRUTH_SCHEMA = "simrecon.truth/1"

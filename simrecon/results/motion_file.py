@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from simrecon.errors import InputError
-from simrecon.io.arrays import Arrays, load
+from simrecon.io.arrays import Arrays
+from simrecon.io.npz import load
 from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.types import Array, IntArray, Motion

@@ -11,7 +11,7 @@ import tomlkit
 
 from simrecon.errors import InputError
 from simrecon.io import atomic, tables
-from simrecon.io.values import hint
+from simrecon.io.messages import hint
 from simrecon.scene import files, schema
 from simrecon.types import Scene, SceneItem
 

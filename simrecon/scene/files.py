@@ -8,7 +8,7 @@ from typing import Any
 
 from simrecon.errors import InputError
 from simrecon.io import atomic, toml
-from simrecon.io.values import check_keys
+from simrecon.io.messages import check_keys
 from simrecon.scene import meshes, schema
 from simrecon.types import Scene, SceneItem
 

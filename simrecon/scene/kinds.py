@@ -10,6 +10,7 @@ from typing import Any
 from simrecon import resources
 from simrecon.errors import InputError
 from simrecon.io import values
+from simrecon.io.messages import hint
 from simrecon.types import Value
 
 LARGEST_M = 1000.0
@@ -86,7 +87,7 @@ def kind(name: str, where: str) -> Kind:
     """
     if name not in table():
         raise InputError(
-            f"{where} kind {name!r} is unknown{values.hint(name, table())}; valid: {', '.join(table())}"
+            f"{where} kind {name!r} is unknown{hint(name, table())}; valid: {', '.join(table())}"
         )
     return table()[name]
 

@@ -8,8 +8,8 @@ from typing import Any, Final, Literal
 
 from simrecon.errors import InputError
 from simrecon.io import tables
+from simrecon.io.messages import check_keys, shown
 from simrecon.io.tables import number, option, text
-from simrecon.io.values import check_keys, shown
 from simrecon.scene import kinds
 from simrecon.scene.kinds import LARGEST_M
 from simrecon.types import Friction, Ground, SceneItem

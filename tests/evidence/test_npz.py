@@ -321,6 +321,16 @@ def test_missing_file_folder_and_other_files(tmp_path: Path) -> None:
         assert_refused(path, "no .npz archive")
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_character_that_there_is_not(tmp_path: Path, order: str) -> None:
+    given = content()
+    names = given["joint_names"].astype(f"{order}U30")
+    names.view(f"{order}u4")[3] = 0x7FFFFFFF
+    path = saved(tmp_path, {**given, "joint_names": names})
+    with pytest.raises(InputError, match=r"joint_names: found .*a character of number 2147483647"):
+        read(path)
+
+
 def test_objects_are_never_unpickled(tmp_path: Path) -> None:
     path = saved(tmp_path, content() | {"betas": np.array([{"a": 1}], dtype=object)})
     assert_refused(path, "betas", "allow_pickle=False")

@@ -19,7 +19,7 @@ from simrecon import evidence
 from simrecon.bench import suite
 from simrecon.drawing import canvas, overlay, video
 from simrecon.drawing.painter import Clip, Painter, View
-from simrecon.io.arrays import load
+from simrecon.io.npz import load
 from simrecon.types import Array, IntArray
 
 SUITE, FRAMES, TILE_PX, QUALITY = "kinematics", 3, 300, 82

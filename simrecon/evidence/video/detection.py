@@ -20,7 +20,8 @@ from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.networks import Networks
 from simrecon.evidence.video.tracker import Choice, Tracker
 from simrecon.io import atomic
-from simrecon.io.arrays import Arrays, parse_npz
+from simrecon.io.arrays import Arrays
+from simrecon.io.npz import parse_npz
 from simrecon.types import Array
 
 SCHEMA = "simrecon.detection/1"
