@@ -18,7 +18,7 @@ from simrecon.drawing.painter import Clip, Painter, View
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics.fitting import configurations
-from simrecon.types import Array, Body, Camera
+from simrecon.types import Array, Body, Camera, Lens
 
 TARGET = Path(__file__).resolve().parents[1] / "docs" / "images" / "bodies.jpg"
 PEOPLE = (("1.58 m, 50 kg", 1.58, 50.0), ("1.75 m, 70 kg", 1.75, 70.0), ("1.85 m, 115 kg", 1.85, 115.0))
@@ -77,7 +77,7 @@ def _camera() -> Camera:
     transform[:3, :3] = rotation
     transform[:3, 3] = -rotation @ (np.array([0.0, 0.0, 0.97]) + far * towards)
     matrix = np.array([[focal, 0, SIZE[0] / 2], [0, focal, SIZE[1] / 2], [0, 0, 1]])
-    return Camera(matrix, np.zeros(5), transform, SIZE)
+    return cameras.still(Lens(matrix, np.zeros(5), SIZE), transform)
 
 
 def _paint_skin(image: canvas.Image, camera: Camera, betas: Array, height_m: float, qpos: Array) -> None:
@@ -87,7 +87,7 @@ def _paint_skin(image: canvas.Image, camera: Camera, betas: Array, height_m: flo
     corners = skin[space.faces]  # (F, 3, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    eye = -cameras.extrinsics(camera)[:3, :3].T @ cameras.extrinsics(camera)[:3, 3]
+    eye = cameras.centre_m(camera)[0]
     facing = np.sum(normal * (eye - corners.mean(axis=1)), axis=1) > 0
     order = np.argsort(-np.linalg.norm(eye - corners.mean(axis=1), axis=1))
     order = order[facing[order]]

@@ -99,7 +99,7 @@ def _without_camera(options: argparse.Namespace, found: Evidence) -> Evidence:
     hidden = evidence.unknown_camera(found)
     if hidden.camera is None:
         return hidden
-    said = f"camera: hidden, focal length {hidden.camera.matrix_px[0, 0]:.0f} px"
+    said = f"camera: hidden, focal length {hidden.camera.lens.matrix_px[0, 0]:.0f} px"
     return replace(hidden, reading="\n".join(filter(None, (found.reading, said))))
 
 

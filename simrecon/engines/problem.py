@@ -36,7 +36,7 @@ class Problem:
         draft_rad: (Q, nu) knots to begin with where the window before has none; zero if not drafted.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         point_weights: (M,) in the loss.
-        rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (4, 4) or None.
+        rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (T, 4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
     """
@@ -147,7 +147,7 @@ def _observations(fit: KinematicFit, evidence: Evidence) -> tuple[Array, Array]:
     rays, scores = np.zeros((*shape, 2)), np.zeros(shape)
     if fit.camera is None or not evidence.keypoint_names:
         return rays, scores
-    ideal = cameras.undistort(fit.camera, evidence.keypoints_px)  # (T, J, 2)
+    ideal = cameras.undistort(fit.camera.lens, evidence.keypoints_px)  # (T, J, 2)
     for column, point in enumerate(names.resolve(evidence.keypoint_names)):
         if point != names.IGNORED:
             score = np.where(np.isfinite(ideal[:, column]).all(axis=-1), evidence.scores[:, column], 0.0)

@@ -44,7 +44,7 @@ def fit(
     skeleton, made = _person(evidence, wanted, plan)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
-    known_world = evidence.camera is not None and evidence.camera.world_to_camera is not None
+    known_world = evidence.ground_known and evidence.camera is not None and evidence.camera.path is not None
     plan = _switched(plan)
     problem = observe(evidence, skeleton, points, camera, plan)
     parts = _primitives(skeleton, evidence, made)
@@ -128,7 +128,7 @@ def _start(
         both = problem.ray_weights * problem.joint_weights
         smooth = 0.2 / problem.interval_s
         if not both.any():
-            base, problem_joints = _facing_camera(camera, skeleton, frames)
+            base, problem_joints = _facing_camera(camera, skeleton)
             root = initial.root_position(problem.rays, problem.ray_weights, problem_joints, camera, smooth)
         else:
             root = initial.root_position(problem.rays, both, problem.joints_m, camera, smooth)
@@ -139,13 +139,13 @@ def _start(
     return Variables(root, rotvecs, 0.0, SOLE_M, np.zeros(lengths), lean), base
 
 
-def _facing_camera(camera: Camera, skeleton: Skeleton, frames: int) -> tuple[Array, Array]:
+def _facing_camera(camera: Camera, skeleton: Skeleton) -> tuple[Array, Array]:
     """Without any 3D estimate: a person who stands upright and faces the camera, relaxed."""
-    forward = -cameras.extrinsics(camera)[2, :3]
-    yaw = float(np.arctan2(forward[1], forward[0]))
-    base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.0, 0.0, yaw]))), (frames, 3, 3))
+    forward = -cameras.extrinsics(camera)[:, 2, :3]  # (T, 3)
+    yaw, level = np.arctan2(forward[:, 1], forward[:, 0]), np.zeros(len(forward))
+    base = rotations.matrix(rotations.exp(np.stack((level, level, yaw), axis=-1)))  # (T, 3, 3)
     offsets = bodies.t_pose_m(skeleton)[skeleton.point_segments] + skeleton.point_offsets_m  # (M, 3)
-    return base, np.broadcast_to((base[0] @ offsets.T).T[:, None], (len(offsets), frames, 3))
+    return base, np.moveaxis(base @ offsets.T, 2, 0)  # (M, T, 3)
 
 
 def _minimise(objective: Objective, start: Variables, plan: Kinematics) -> tuple[Variables, int]:

@@ -17,6 +17,7 @@ import numpy as np
 from simrecon import scene as scenes
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
+from simrecon.geometry import camera as cameras
 from simrecon.io.arrays import Arrays, load
 from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
 from simrecon.results import report
@@ -200,13 +201,13 @@ def _archive(motion: Motion) -> bytes:
 
 def clip(run: Reconstruction) -> overlay.Clip:
     """What is drawn of a run."""
-    motion, evidence = run.motion, run.evidence
+    motion, evidence, camera = run.motion, run.evidence, run.fit.camera
     seen = bool(evidence.keypoint_names)
     return overlay.Clip(
         model=run.problem.model,
         times_s=motion.times_s,
         qpos=motion.qpos,
-        camera=run.fit.camera,
+        camera=None if camera is None else cameras.resampled(camera, run.fit.times_s, motion.times_s),
         keypoints_px=evidence.keypoints_px if seen else None,
         scores=evidence.scores if seen else None,
         contact_point_m=motion.contact_point_m,

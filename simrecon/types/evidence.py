@@ -22,7 +22,9 @@ class Evidence:
         joints_frame: `world`, `camera` or `camera_root_relative`.
         rotation_names, rotations: B names and (T, B, 4) local joint rotations, or None.
         betas, mass_kg, height_m: what is known of the person, or None.
-        camera: None where no intrinsics are given.
+        camera: None where no intrinsics are known.
+        ground_known: whether the scene's ground is where the world of the camera's path has it; if not, it is
+            estimated, as it is without a path.
         sha256: of the file it was read from, `""` if made in memory.
         reading: how a foreign file was understood: format, frame, up axis, unit, person.
     """
@@ -40,5 +42,6 @@ class Evidence:
     mass_kg: float | None = None
     height_m: float | None = None
     camera: Camera | None = None
+    ground_known: bool = True
     sha256: str = ""
     reading: str = ""

@@ -12,8 +12,9 @@ from simrecon import plan as plans
 from simrecon.bench import runner, suite, tables, task
 from simrecon.errors import InputError
 from simrecon.evaluation import fitted
+from simrecon.geometry import camera as cameras
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
-from simrecon.types import Camera, Evidence
+from simrecon.types import Evidence, Lens
 
 SUITE = """
 purpose = "A person stands."
@@ -86,7 +87,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
         names,
         joints,
         "world",
-        camera=Camera(matrix, np.zeros(5), pose, (1280, 720)),
+        camera=cameras.still(Lens(matrix, np.zeros(5), (1280, 720)), pose, 15),
     )
     evidence.write(folder / "stand.npz", given)
     np.savez(

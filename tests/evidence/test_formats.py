@@ -12,12 +12,12 @@ from simrecon.cli import reading
 from simrecon.errors import InputError
 from simrecon.evidence import Options, formats
 from simrecon.evidence.keypoints import layouts
-from simrecon.types import Camera, Evidence
+from simrecon.types import Camera, Evidence, Lens
 from tests.support import foreign_files as foreign
 
 T, FPS = foreign.T, foreign.FPS
 K = np.array([[900.0, 0, 640], [0, 900, 360], [0, 0, 1]])
-LENS = Camera(K, np.zeros(5), None, (1280, 720))
+LENS = Camera(Lens(K, np.zeros(5), (1280, 720)))
 
 
 def network(folder: Path) -> Path:
@@ -115,7 +115,7 @@ def test_landmarks_of_another_file_are_joined(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.scores[2:], scores[2:T], atol=1e-6)
     assert np.isnan(found.keypoints_px[:2]).all()
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, K)
+    np.testing.assert_allclose(found.camera.lens.matrix_px, K)
     assert found.joint_names[0] == "pelvis"
     assert found.reading.splitlines()[1] == "AlphaPose: 17 landmarks of 17, for 10 of 12 frames"
 
@@ -169,8 +169,8 @@ def test_the_command_line_says_how_it_read(tmp_path: Path, capsys: pytest.Captur
 def test_a_field_of_view_makes_a_lens(tmp_path: Path) -> None:
     found = asked(str(landmarks(tmp_path)), "--fps", "30", "--fov", "90", "--size", "1280x720")
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
-    assert found.camera.image_size_px == (1280, 720)
+    np.testing.assert_allclose(found.camera.lens.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
+    assert found.camera.lens.image_size_px == (1280, 720)
 
 
 def test_a_video_gives_rate_and_size(tmp_path: Path) -> None:
@@ -178,7 +178,7 @@ def test_a_video_gives_rate_and_size(tmp_path: Path) -> None:
     found = asked(str(landmarks(tmp_path)), "--video", str(video), "--fov", "60")
     np.testing.assert_allclose(np.diff(found.times_s), 1 / 60, rtol=1e-3)
     assert found.camera is not None
-    assert found.camera.image_size_px[0] > 0
+    assert found.camera.lens.image_size_px[0] > 0
 
 
 @pytest.mark.parametrize(

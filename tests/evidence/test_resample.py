@@ -3,15 +3,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simrecon.errors import InputError
 from simrecon.evidence import resample, visibility
 from simrecon.evidence.resample import frame_interval_s
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 
 def moving(times_s: Array) -> Evidence:
@@ -125,10 +124,28 @@ def test_the_given_evidence_is_not_changed() -> None:
     np.testing.assert_array_equal(evidence.keypoints_px, before)
 
 
-def test_a_moving_camera_is_refused() -> None:
-    camera = Camera(np.eye(3), np.zeros(5), np.tile(np.eye(4), (5, 1, 1)), (640, 480))
-    with pytest.raises(InputError, match=r"valid: one \(4, 4\)"):
-        resample(replace(moving(np.arange(5) / 30), camera=camera))
+def carried(times_s: Array) -> Camera:
+    """A camera that turns at 0.4 rad/s about an oblique axis while its centre moves on a line."""
+    path = np.tile(np.eye(4), (len(times_s), 1, 1))
+    path[:, :3, :3] = rotations.matrix(rotations.exp(0.4 * times_s[:, None] * [0.6, 0.0, 0.8]))
+    centre = np.stack((1 + times_s, -2 * times_s, 3 + 0 * times_s), axis=-1)
+    path[:, :3, 3] = -(path[:, :3, :3] @ centre[..., None])[..., 0]
+    return Camera(Lens(np.eye(3), np.zeros(5), (640, 480)), path)
+
+
+def test_a_moving_camera_is_interpolated() -> None:
+    times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0, 7.7, 9.0, 10.0]) / 30
+    on_grid, _ = resample(replace(moving(times_s), camera=carried(times_s)))
+    expected = carried(on_grid.times_s).path
+    np.testing.assert_allclose(on_grid.camera.path, expected, atol=1e-12)
+
+
+def test_a_still_camera_stays_where_it_is() -> None:
+    times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0]) / 30
+    where = carried(times_s).path[3]
+    camera = cameras.still(carried(times_s).lens, where, len(times_s))
+    on_grid, _ = resample(replace(moving(times_s), camera=camera))
+    np.testing.assert_array_equal(on_grid.camera.path, np.tile(where, (len(on_grid.times_s), 1, 1)))
 
 
 def test_visibility() -> None:

@@ -225,8 +225,8 @@ def test_the_camera_frame_can_be_asked_for(tmp_path: Path, write: Callable[..., 
 def test_gvhmr_gives_its_lens_while_the_camera_stands(tmp_path: Path) -> None:
     still = evidence.read(gvhmr(tmp_path), AT_30)
     assert still.camera is not None
-    np.testing.assert_allclose(still.camera.matrix_px, K)
-    assert still.camera.image_size_px == (1280, 720)
+    np.testing.assert_allclose(still.camera.lens.matrix_px, K)
+    assert still.camera.lens.image_size_px == (1280, 720)
     turning = foreign.poses()[0][:, 0] + np.linspace(0, 0.6, T)[:, None] * [0, 1, 0]
     moving = evidence.read(gvhmr(tmp_path, global_orient=turning), AT_30)
     assert moving.camera is None
@@ -241,7 +241,7 @@ def test_tram_without_a_camera_file_is_in_the_camera(tmp_path: Path) -> None:
         found.joints_m, foreign.smpl_joints(table(), "smpl", vectors, place), atol=1e-6
     )
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, K)
+    np.testing.assert_allclose(found.camera.lens.matrix_px, K)
 
 
 @pytest.mark.parametrize("world", [False, True])

@@ -18,13 +18,13 @@ from simrecon.evidence.content import open_content
 from simrecon.evidence.video import detection, frames, metadata, networks, weights
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.tracker import Choice
-from simrecon.types import Camera
+from simrecon.types import Camera, Lens
 from tests.support import video_files as files
 from tests.support.video_files import GREEN, RED
 
 
 def lens(size=(160, 120)) -> Camera:
-    return Camera(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), None, size)
+    return Camera(Lens(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), size))
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def test_a_video_gives_the_landmarks_of_another_estimate(clip, tmp_path) -> None
     evidence.write(tmp_path / "estimate.npz", bare)
     found = evidence.read(tmp_path / "estimate.npz", keypoints=clip)  # through that file's lens
     np.testing.assert_allclose(found.keypoints_px, estimate.keypoints_px, atol=1e-4)
-    assert found.camera.matrix_px[0, 0] == 150
+    assert found.camera.lens.matrix_px[0, 0] == 150
     assert "lens: that of estimate.npz" in found.reading
 
 
@@ -227,7 +227,7 @@ def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, c
     assert Path(video) == clip
     assert given.sha256 == hashlib.sha256(Path(path).read_bytes()).hexdigest()  # as `rerun` wants it
     assert given.reading.startswith("video: clip.mp4, ")
-    assert given.camera.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
+    assert given.camera.lens.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
     assert "read as video: clip.mp4" in capsys.readouterr().err
 
 
@@ -279,7 +279,7 @@ def test_focal_length_makes_the_lens(tmp_path, clip) -> None:
     both.write_bytes(clip.read_bytes() + movie.read_bytes()[16:])
     found = evidence.read(both)
     assert "lens: 26 mm equivalent as the video says, 120 px" in found.reading
-    np.testing.assert_allclose(found.camera.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
+    np.testing.assert_allclose(found.camera.lens.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
 
 
 def test_hash_of_a_video_is_that_of_its_bytes(clip) -> None:

@@ -16,7 +16,7 @@ from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.kinematics.contacts import contact_points
 from simrecon.plan import Kinematics
-from simrecon.types import Array, Camera, Evidence, Skeleton
+from simrecon.types import Array, Camera, Evidence, Lens, Skeleton
 
 HEIGHT_M = 1.75
 MATRIX_PX = np.array([[1000.0, 0.0, 640.0], [0.0, 1000.0, 480.0], [0.0, 0.0, 1.0]])
@@ -75,21 +75,22 @@ def walking(frames: int, rate_hz: float = 30.0, heading_rad: float = 0.5) -> Wal
     return Walk(skeleton, times_s, root, rotvecs, points)
 
 
-def looking_at(eye_m: Array, target_m: Array) -> Camera:
-    """An upright camera."""
+def looking_at(eye_m: Array, target_m: Array, frames: int = 1) -> Camera:
+    """An upright camera that stands still."""
     ahead = (target_m - eye_m) / np.linalg.norm(target_m - eye_m)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     transform = np.eye(4)
     transform[:3, :3] = np.stack((right, np.cross(ahead, right), ahead))
     transform[:3, 3] = -transform[:3, :3] @ eye_m
-    return Camera(MATRIX_PX, np.zeros(5), transform, (1280, 960))
+    return cameras.still(Lens(MATRIX_PX, np.zeros(5), (1280, 960)), transform, frames)
 
 
 def seen(walk: Walk, camera: Camera, noise_px: float = 0.0, noise_m: float = 0.0, seed: int = 0) -> Evidence:
     """All points in the image and, in the world, in 3D."""
     rng = np.random.default_rng(seed)
     points = np.swapaxes(walk.points_m, 0, 1)  # (T, M, 3)
+    camera = cameras.lasting(camera, walk.frames) if cameras.is_still(camera) else camera
     pixels = cameras.project(camera, points)
     names = walk.skeleton.point_names
     return Evidence(
@@ -119,7 +120,7 @@ class Makers:
     """The functions of this file, for the tests beside it."""
 
     walking: Callable[..., Walk] = walking
-    looking_at: Callable[[Array, Array], Camera] = looking_at
+    looking_at: Callable[..., Camera] = looking_at
     seen: Callable[..., Evidence] = seen
     in_camera: Callable[[Evidence, bool], Evidence] = in_camera
 

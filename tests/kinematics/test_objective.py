@@ -38,7 +38,7 @@ def objective(make, weights) -> Objective:
     walk = make.walking(T)
     skeleton, count = walk.skeleton, len(walk.skeleton.point_names)
     camera = make.looking_at(np.array([4.0, -1.0, 1.5]), np.array([0.0, 0.0, 1.0]))
-    rays = cameras.undistort(camera, cameras.project(camera, walk.points_m))
+    rays = cameras.undistort(camera.lens, cameras.project(camera, walk.points_m))
     roots = np.zeros(count)
     roots[[skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]] = 0.5
     gaussian = prior.gaussian(skeleton)
@@ -47,7 +47,7 @@ def objective(make, weights) -> Objective:
         rays=rays + rng.normal(scale=0.02, size=rays.shape),
         ray_weights=rng.uniform(0, 1, (count, T)),
         ray_sigma=0.01,
-        world_to_camera=cameras.extrinsics(camera),
+        world_to_camera=cameras.extrinsics(cameras.lasting(camera, T)),
         joints_m=walk.points_m - walk.root_m + rng.normal(scale=0.05, size=walk.points_m.shape),
         joint_weights=rng.integers(0, 2, (count, T)).astype(float),
         place_m=walk.root_m + 0.1,

@@ -17,7 +17,7 @@ from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.pipeline import Reconstruction
 from simrecon.sim.state import initial_state, simulate
-from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Scene, Window, WindowResult
+from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Lens, Scene, Window, WindowResult
 from tests.support.window_results import solved
 
 HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
@@ -54,18 +54,18 @@ def squat(body: Body, depth_rad: Array) -> Array:
     return qpos
 
 
-def camera() -> Camera:
+def camera(frames: int) -> Camera:
     """Level, four metres in front of the person, who faces it."""
     view = np.array([[0, 1.0, 0, 0], [0, 0, -1, 1], [-1, 0, 0, 4], [0, 0, 0, 1]])
     matrix = np.array([[600.0, 0, 320], [0, 600.0, 240], [0, 0, 1]])
-    return Camera(matrix, np.zeros(5), view, (640, 480))
+    return cameras.still(Lens(matrix, np.zeros(5), (640, 480)), view, frames)
 
 
 def seen(body: Body, qpos: Array) -> Evidence:
     """What the camera and a perfect 3D estimate see of configurations (T, nq)."""
     points = kinematics.configurations(body, qpos)[1]
     names = body.skeleton.point_names
-    pixels = cameras.project(camera(), points)
+    pixels = cameras.project(camera(len(qpos)), points)
     return Evidence(
         times_s=FRAME_S * np.arange(len(qpos)),
         keypoint_names=names,
@@ -76,7 +76,7 @@ def seen(body: Body, qpos: Array) -> Evidence:
         joints_frame="world",
         mass_kg=MASS_KG,
         height_m=HEIGHT_M,
-        camera=camera(),
+        camera=camera(len(qpos)),
         sha256="0" * 64,
     )
 
@@ -148,5 +148,6 @@ def run() -> Reconstruction:
         keypoints_px=evidence.keypoints_px[kept],
         scores=evidence.scores[kept],
         joints_m=evidence.joints_m[kept],
+        camera=cameras.at(evidence.camera, kept),
     )
     return pipeline.reconstruct(evidence, Scene(), plan, seed=3, threads=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import mujoco
 import numpy as np
@@ -33,10 +33,12 @@ class _Targets:
     points_m: Array
     rays: Array
     scores: Array
+    world_to_camera: Array | None
 
     def later(self, since: int) -> _Targets:
         """Those of the frames from `since` on."""
-        return _Targets(*(getattr(self, field.name)[since:] for field in fields(self)))
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{name: value[since:] for name, value in values.items() if value is not None})
 
 
 class Task:
@@ -67,6 +69,7 @@ class Task:
             problem.points_m[rows],
             problem.rays[rows],
             problem.scores[rows],
+            None if problem.world_to_camera is None else problem.world_to_camera[rows],
         )
         self._prior_rows, self._prior_share = _subset(len(rows), problem)
         optimiser = problem.plan.optimiser
@@ -153,9 +156,9 @@ class Task:
             terms["landmark_velocity"] = losses.landmark_velocity(
                 points, target.points_m, problem.point_weights, problem.interval_s
             )
-        if weights.reprojection and problem.world_to_camera is not None:
+        if weights.reprojection and target.world_to_camera is not None:
             terms["reprojection"] = losses.reprojection(
-                points, target.rays, target.scores, problem.world_to_camera
+                points, target.rays, target.scores, target.world_to_camera
             )
         if weights.joint_limit:
             terms["joint_limit"] = losses.joint_limit(losses.joint_rotvecs(orientations), problem.limits_rad)
@@ -184,8 +187,8 @@ class Task:
         if weights.pose:
             turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
             terms.append(Term(0.5 * turn, weights.pose, np.ones_like, floor=0.025))
-        if weights.reprojection and problem.world_to_camera is not None:
-            image = losses.image_plane(points, problem.world_to_camera) - target.rays
+        if weights.reprojection and target.world_to_camera is not None:
+            image = losses.image_plane(points, target.world_to_camera) - target.rays
             terms.append(Term(image, weights.reprojection * target.scores, np.ones_like, floor=0.005))
         if weights.joint_limit:
             over = losses.limit_excess(losses.joint_rotvecs(orientations), problem.limits_rad)

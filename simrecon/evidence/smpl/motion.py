@@ -12,7 +12,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, find_up, to_z_up
 from simrecon.geometry import rotations
 from simrecon.io.arrays import Arrays
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 # Joints that a body has without its hands, by model; SMPL counts a hand joint on each side.
 BODY_JOINTS = {"smpl": 24, "smplx": 22}
@@ -181,11 +181,11 @@ def check_frames(content: Content, key: str, frames: Array) -> Array:
     return frames
 
 
-def lens(focal_px: float, centre_px: Array, distortion: Array | None = None) -> Camera:
+def lens(focal_px: float, centre_px: Array) -> Camera:
     """A camera whose principal point is the middle of its image, as these networks assume."""
     matrix = np.array([[focal_px, 0.0, centre_px[0]], [0.0, focal_px, centre_px[1]], [0.0, 0.0, 1.0]])
     size = (round(2 * float(centre_px[0])), round(2 * float(centre_px[1])))
-    return Camera(matrix, np.zeros(5) if distortion is None else distortion, None, size)
+    return Camera(Lens(matrix, np.zeros(5), size))
 
 
 def in_first_camera(motion: SmplMotion, camera_rotations: Array, camera_places: Array) -> SmplMotion:
