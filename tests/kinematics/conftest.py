@@ -86,6 +86,17 @@ def looking_at(eye_m: Array, target_m: Array, frames: int = 1) -> Camera:
     return cameras.still(Lens(MATRIX_PX, np.zeros(5), (1280, 960)), transform, frames)
 
 
+def carried(camera: Camera, frames: int, turn_rad: float, move_m: float) -> Camera:
+    """The camera panned about the vertical of its image, and moved across what it sees."""
+    share = np.linspace(-0.5, 0.5, frames)[:, None]
+    rotation = cameras.extrinsics(camera)[0, :3, :3]
+    path = np.tile(np.eye(4), (frames, 1, 1))
+    path[:, :3, :3] = rotations.matrix(rotations.exp(turn_rad * share * [0.0, 1.0, 0.0])) @ rotation
+    centre = cameras.centre_m(camera)[0] + move_m * share * rotation[0]
+    path[:, :3, 3] = -(path[:, :3, :3] @ centre[..., None])[..., 0]
+    return cameras.with_path(camera, path)
+
+
 def seen(walk: Walk, camera: Camera, noise_px: float = 0.0, noise_m: float = 0.0, seed: int = 0) -> Evidence:
     """All points in the image and, in the world, in 3D."""
     rng = np.random.default_rng(seed)
@@ -121,6 +132,7 @@ class Makers:
 
     walking: Callable[..., Walk] = walking
     looking_at: Callable[..., Camera] = looking_at
+    carried: Callable[[Camera, int, float, float], Camera] = carried
     seen: Callable[..., Evidence] = seen
     in_camera: Callable[[Evidence, bool], Evidence] = in_camera
 

@@ -55,6 +55,47 @@ def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) 
     np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, 17, 4), axis=-1), 1.0)
 
 
+@pytest.mark.parametrize("frame", ["world", "camera"])
+def test_a_camera_that_is_carried_costs_no_accuracy(make, walk, camera, weights, frame: str) -> None:
+    carried = make.carried(camera, T, np.deg2rad(25), 0.5)
+    distances = []
+    for one in (camera, carried):
+        evidence = replace(make.seen(walk, one, noise_px=2.0, noise_m=0.03), height_m=1.75)
+        if frame == "camera":
+            evidence = make.in_camera(evidence, relative=False)
+        fit = kinematics.fit(evidence, Scene(), weights)
+        distances.append(distance_m(fit, walk))
+        assert np.median(fit.reprojection_px) < 4.0
+    assert distances[1] < 1.1 * distances[0]
+
+
+def test_without_the_path_of_a_carried_camera_the_fit_is_lost(make, walk, camera, weights) -> None:
+    """So that the test above notices whether the path is used."""
+    carried = make.carried(camera, T, np.deg2rad(25), 0.5)
+    evidence = make.seen(walk, carried, noise_px=2.0, noise_m=0.03)
+    stuck = replace(evidence, camera=cameras.lasting(carried, T), height_m=1.75)
+    assert distance_m(kinematics.fit(stuck, Scene(), weights), walk) > 0.15
+
+
+def test_a_path_without_a_known_ground_is_moved_with_its_world(make, walk, camera, weights) -> None:
+    carried = make.carried(camera, T, np.deg2rad(25), 0.5)
+    low = np.eye(4)
+    low[2, 3] = 0.4  # the world of the evidence has its origin in the air
+    evidence = make.seen(walk, carried)
+    path = cameras.extrinsics(carried) @ low
+    evidence = replace(
+        evidence,
+        joints_m=evidence.joints_m - low[:3, 3],
+        camera=cameras.with_path(carried, path),
+        ground_known=False,
+        height_m=1.75,
+    )
+    fit = kinematics.fit(evidence, Scene(), weights)
+    np.testing.assert_allclose(fit.qpos[:, 2], walk.root_m[:, 2], atol=0.04)
+    np.testing.assert_allclose(cameras.centre_m(fit.camera), cameras.centre_m(carried), atol=0.04)
+    assert np.median(fit.reprojection_px) < 4.0
+
+
 def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, camera, weights) -> None:
     clean = make.seen(walk, camera, noise_px=1.0, noise_m=0.01)
     points, joints = clean.keypoints_px.copy(), clean.joints_m.copy()
