@@ -1,3 +1,93 @@
-"""What one camera saw of a person, turned into a motion that a physics simulator really executed."""
+"""Reconstruct physically simulated human motion from what one camera saw.
+
+    import simrecon
+
+    result = simrecon.run(simrecon.Job(input="clip.npz", output="out/clip"))
+    print(result.motion.grf_N.max())
+
+What is listed in `__all__` is public (docs/api.md); each is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from simrecon.evidence import from_arrays as evidence_from_arrays
+    from simrecon.evidence import read as read_evidence
+    from simrecon.evidence import write as write_evidence
+    from simrecon.exports import export
+    from simrecon.job import Job, Person, Reading
+    from simrecon.observer import Observer
+    from simrecon.pipeline import Reconstruction, Setup, reconstruct
+    from simrecon.plan import read as read_plan
+    from simrecon.results import Result, open_result
+    from simrecon.running import run
+    from simrecon.scene import read as read_scene
+    from simrecon.types import Camera, Evidence, Motion, Scene
+
+__all__ = [
+    "Camera",
+    "Evidence",
+    "Job",
+    "Motion",
+    "Observer",
+    "Person",
+    "Reading",
+    "Reconstruction",
+    "Result",
+    "Scene",
+    "Setup",
+    "__version__",
+    "evidence_from_arrays",
+    "export",
+    "open_result",
+    "read_evidence",
+    "read_plan",
+    "read_scene",
+    "reconstruct",
+    "run",
+    "write_evidence",
+]
+
+_PLACES = {
+    "Camera": "types",
+    "Evidence": "types",
+    "Job": "job",
+    "Motion": "types",
+    "Observer": "observer",
+    "Person": "job",
+    "Reading": "job",
+    "Reconstruction": "pipeline",
+    "Result": "results",
+    "Scene": "types",
+    "Setup": "pipeline",
+    "evidence_from_arrays": "evidence:from_arrays",
+    "export": "exports",
+    "open_result": "results",
+    "read_evidence": "evidence:read",
+    "read_plan": "plan:read",
+    "read_scene": "scene:read",
+    "reconstruct": "pipeline",
+    "run": "running",
+    "write_evidence": "evidence:write",
+}
+"""Module of each public name, and its name there if it has another one."""
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'simrecon' has no attribute {name!r}")
+    module, _, inside = _PLACES[name].partition(":")
+    value = getattr(importlib.import_module(f"simrecon.{module}"), inside or name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

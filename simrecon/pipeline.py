@@ -1,6 +1,7 @@
-"""The main job, from evidence to simulated motion; read this first.
+"""From evidence to a simulated motion; read this first.
 
-    evidence ─► resample ─► kinematics.fit ─► scene.build ─► schedule.cut ─► engine, by window ─► record
+    evidence ─► resample ─► kinematics.fit ─► planner ─► problem ─► tracker, by window ─► replay
+    Evidence                 KinematicFit     Reference   Problem        WindowResult      Motion
 
 Data goes one way. Between windows only a `Handover` passes: the exact state of the simulation, and the knots.
 """
@@ -8,119 +9,122 @@ Data goes one way. Between windows only a `Handover` passes: the exact state of 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon import kinematics, replay, schedule
+from simrecon import engines, kinematics, planners, replay, schedule
 from simrecon.body import Wanted
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
-from simrecon.engines import warm_start as starts
-from simrecon.engines import windows as clip
+from simrecon.engines import warm_start, windows
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import draft
-from simrecon.engines.sampling import search as sampling
 from simrecon.evidence import resample
+from simrecon.observer import SILENT, Observer
 from simrecon.plan import Plan
 from simrecon.replay import Audit
 from simrecon.scene import check
 from simrecon.sim.rollout import Threads
-from simrecon.types import Evidence, KinematicFit, Motion, Scene, WindowResult
-
-Report = Callable[[str, float, float], None]
-"""Called with the stage, how much of it is done and how much there is, in seconds of video."""
+from simrecon.types import Evidence, KinematicFit, Motion, Reference, Scene, WindowResult
 
 
-def _silent(_stage: str, _done: float, _total: float) -> None:
-    """The report of a run that nobody watches."""
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """How a clip is reconstructed, beyond its plan.
+
+    Attributes:
+        planner, engine: names of what makes the reference and of what optimises the simulation.
+        seed: of all random numbers; the result depends on nothing else, not even on `threads`.
+        threads: of the simulator, 0 for one per core; a function is asked again and again.
+        shape: of the body, as far as it is known; None: the proportions of the average.
+        start: a finished motion of the same clip, perhaps in another scene, to begin from.
+        fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
+        observer: hears of the progress, and may end the run.
+        checkpoint: where solved windows are kept, and taken from; None: nowhere.
+        identity: of job and code; windows of another one are not taken from the checkpoint.
+    """
+
+    planner: str = "none"
+    engine: str = "sampling"
+    seed: int = 0
+    threads: Threads = 0
+    shape: Wanted | None = None
+    start: Motion | None = None
+    fit: KinematicFit | None = None
+    observer: Observer = SILENT
+    checkpoint: checkpoints.Store | None = None
+    identity: str = ""
+
+
+DEFAULT = Setup()
 
 
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """All that a run made.
+    """All that was computed for a clip, stage by stage.
 
     Attributes:
-        evidence: as it was given; fit: the kinematic half; problem: what the engine worked on.
-        windows: solved, in order; motion: what was simulated; audit: of the final replay.
-        seconds: wall time by stage.
+        evidence: as it was read; fit: the kinematic half; reference: what the planner made of it.
+        problem: what the engine worked on; windows: solved, in order.
+        motion: what was simulated; audit: of the final replay.
+        seconds: wall time by stage; cpu_s: processor time of all stages.
     """
 
     evidence: Evidence
     fit: KinematicFit
+    reference: Reference
     problem: Problem
     windows: tuple[WindowResult, ...]
     motion: Motion
     audit: Audit
     seconds: dict[str, float]
+    cpu_s: float
 
 
-def reconstruct(
-    evidence: Evidence,
-    scene: Scene,
-    plan: Plan,
-    *,
-    seed: int = 0,
-    threads: Threads = 0,
-    wanted: Wanted | None = None,
-    report: Report = _silent,
-    start: Motion | None = None,
-    checkpoint: checkpoints.Store | None = None,
-    fit: KinematicFit | None = None,
-) -> Reconstruction:
+def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEFAULT) -> Reconstruction:
     """Reconstruct a motion that a simulator really executed.
 
     Args:
         evidence: what one camera saw.
         scene: what the person may touch.
         plan: how the clip is cut and optimised.
-        seed: of all random numbers; the result does not depend on anything else, not even on `threads`.
-        threads: of the simulator, 0 for one per core; a function is asked again and again.
-        wanted: the body's shape, as far as it is known; None: the proportions of the average.
-        report: told of the progress.
-        start: a finished motion of the same clip, perhaps in another scene, to begin from.
-        checkpoint: where solved windows are kept, and taken from; None: nowhere.
-        fit: the kinematic half on the uniform clock of the evidence, if it is known; None: it is fitted.
+        setup: everything else.
 
     Raises:
-        InputError: the evidence, the scene, the wanted shape or the motion to start from can't be used.
+        InputError: one of them can't be used, or there is no such planner or engine.
     """
-    marks = [time.perf_counter()]
+    planners.check(setup.planner)
+    engines.check(setup.engine)
+    marks, cpu_s = [time.perf_counter()], time.process_time()
     uniform, grid = resample(evidence)
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
-    duration_s = clock.steps * clock.step_s
-    report("kinematic fit", 0.0, duration_s)
-    if fit is None:
-        fit = kinematics.fit(uniform, scene, plan.kinematics, wanted)
+    setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
+    fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape)
+    reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
 
-    problem = problems.pose(fit, uniform, problems.mjcf(fit, clock, plan), clock, plan)
+    problem = problems.pose(fit, reference, uniform, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    handover = sampling.start(problem)
-    if start is not None:
-        problem, handover = starts.from_motion(problem, start)
-    windows = schedule.cut(clock, plan)
-    known: list[WindowResult] = []
-    if checkpoint is not None:
-        known = checkpoint.restore(checkpoints.digest(problem, handover, seed), windows)
-    if start is None and len(known) < len(windows):
-        problem = draft.drafted(problem, windows, handover, threads)
-    earlier_s = sum(result.seconds for result in known)
-    solved = clip.solve(
-        sampling.Sampler(problem, threads),
-        windows,
-        handover,
-        seed,
-        solved=known,
-        begin=lambda window: report("simulation", window.start_step * clock.step_s, duration_s),
-        keep=lambda result: None if checkpoint is None else checkpoint.save(result),
-    )
-    report("simulation", duration_s, duration_s)
+    solved, earlier_s = _simulate(problem, setup)
     marks.append(time.perf_counter())
-
     motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s
-    return Reconstruction(evidence, fit, problem, solved, motion, audit, seconds)
+    spent_s = time.process_time() - cpu_s
+    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, spent_s)
+
+
+def _simulate(problem: Problem, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
+    """All windows, solved where no checkpoint holds them, and the seconds spent on those it held."""
+    problem, handover = warm_start.begin(problem, setup.start)
+    pieces = schedule.cut(problem.clock, problem.plan)
+    store, digest = setup.checkpoint, checkpoints.digest(problem, handover, setup.seed, setup.identity)
+    known = [] if store is None else store.restore(digest, pieces)
+    setup.observer.resumed(known, pieces)
+    tracker = engines.make(setup.engine, problem, setup.threads)
+    if setup.start is None and len(known) < len(pieces):
+        tracker.prepare(pieces, handover)
+    keep = None if store is None else store.save
+    solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep)
+    return solved, sum(result.seconds for result in known)

@@ -35,6 +35,11 @@ class Clock:
         """Simulation steps from the first frame to the last."""
         return (self.frames - 1) * self.stride
 
+    @property
+    def duration_s(self) -> float:
+        """From the first frame to the last."""
+        return self.steps * self.step_s
+
 
 def clock(times_s: Array, timestep_max_s: float) -> Clock:
     """The largest time step up to `timestep_max_s` that is an integer fraction of the frame interval."""

@@ -11,14 +11,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from simrecon import pipeline
-from simrecon import scene as scenes
-from simrecon.body import Wanted
-from simrecon.engines.checkpoint import Store
 from simrecon.errors import InputError, SimreconError
-from simrecon.plan import Plan
-from simrecon.sim.rollout import Threads
-from simrecon.types import Evidence, Ground, Motion, Scene
+from simrecon.observer import SILENT, Observer
+from simrecon.pipeline import Reconstruction
+from simrecon.replay import SIMULATED
+from simrecon.types import Ground, Motion, Scene
 
 STIFFNESS_NPM = (3e3, 3e5)
 """Range of the search: from a soft crash mat to a floor that nobody feels."""
@@ -45,7 +42,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was found.
+    """The floor on which the clip costs least.
 
     Attributes:
         ground: with the best stiffness and damping.
@@ -60,73 +57,66 @@ class Calibration:
     at_bound: bool
 
 
+Simulate = Callable[[Scene, Motion | None], Reconstruction]
+"""Reconstructs the clip in a scene, from a finished motion on if there is one."""
+
+
 def calibrate(
-    evidence: Evidence,
-    scene: Scene,
-    plan: Plan,
-    *,
-    seed: int = 0,
-    threads: Threads = 0,
-    wanted: Wanted | None = None,
-    report: Callable[[str, float, float], None] = lambda _stage, _done, _total: None,
-    checkpoint: Store | None = None,
+    simulate: Simulate, scene: Scene, mass_kg: float | None, observer: Observer = SILENT
 ) -> Calibration:
     """Find stiffness and damping of the ground of a clip.
 
     Args:
-        evidence: what one camera saw.
-        scene: whose ground has `stiffness_Npm = "fit"`.
-        plan: with which every trial is simulated.
-        seed: of every trial, as `reconstruct`.
-        threads: as `reconstruct`.
-        wanted: the body's shape, as `reconstruct`.
-        report: told of the progress, in trials.
-        checkpoint: of every trial's windows, as `reconstruct`.
+        simulate: reconstructs the clip; every trial with the same seed.
+        scene: whose ground is to be calibrated.
+        mass_kg: of the person, if it is known.
+        observer: hears of the progress, in trials.
 
     Raises:
-        InputError: the ground's stiffness is not to be found, or the evidence can't be used.
+        InputError: the ground is not to be calibrated, or the evidence can't be used.
         SimreconError: no trial could be simulated.
     """
-    if scene.ground.stiffness_Npm != scenes.FIT:
-        raise InputError('[ground] stiffness_Npm is given; valid: "fit", to be found')
-    mass_kg = evidence.mass_kg or USUAL_MASS_KG
+    if not scene.ground.calibrate:
+        raise InputError('[ground] stiffness_Npm is a number; valid: "fit", to find it from the clip')
+    trials: list[Trial] = []
     best: list[Motion] = []
     lowest = math.inf
-    total = STIFFNESS_TRIALS + DAMPING_TRIALS
+    total = float(STIFFNESS_TRIALS + DAMPING_TRIALS)
 
     def loss(stiffness: float, ratio: float) -> float:
         nonlocal lowest
-        report("soft floor", float(len(trials)), float(total))
-        ground = _ground(scene.ground, stiffness, ratio, mass_kg)
-        made = pipeline.reconstruct(
-            evidence,
-            replace(scene, ground=ground),
-            plan,
-            seed=seed,
-            threads=threads,
-            wanted=wanted,
-            start=best[-1] if best else None,
-            checkpoint=checkpoint,
-        )
-        whole = bool((made.motion.status == 0).all())
-        logs = [math.log(window.loss) for window in made.windows]
-        mean = math.exp(sum(logs) / len(logs)) if whole else math.inf
+        observer.stage("soft floor", float(len(trials)), total)
+        ground = _ground(scene.ground, stiffness, ratio, mass_kg or USUAL_MASS_KG)
+        run = simulate(replace(scene, ground=ground), best[-1] if best else None)
+        mean = _mean_loss(run)
         trials.append(Trial(stiffness, float(ground.damping_Nspm or 0.0), mean))
         if mean < lowest:
             lowest = mean
-            best.append(made.motion)
+            best.append(run.motion)
         return mean
 
-    trials: list[Trial] = []
     search(loss)
-    report("soft floor", float(total), float(total))
+    observer.stage("soft floor", total, total)
     if not best:
         raise SimreconError("soft floor: no floor between 3 and 300 kN/m could be simulated to the end")
-    found = min(trials, key=lambda trial: trial.loss)
-    ground = replace(scene.ground, stiffness_Npm=found.stiffness_Npm, damping_Nspm=found.damping_Nspm)
+    return _calibration(scene.ground, tuple(trials), best[-1])
+
+
+def _mean_loss(run: Reconstruction) -> float:
+    """Geometric mean over the windows; infinite if the clip was not simulated to its end."""
+    if (run.motion.status != SIMULATED).any():
+        return math.inf
+    logs = [math.log(window.loss) for window in run.windows]
+    return math.exp(sum(logs) / len(logs))
+
+
+def _calibration(ground: Ground, trials: tuple[Trial, ...], motion: Motion) -> Calibration:
+    """The best trial, and whether it lies at an end of the range."""
+    best = min(trials, key=lambda trial: trial.loss)
     span = math.log(STIFFNESS_NPM[1] / STIFFNESS_NPM[0])
-    edge = min(abs(math.log(found.stiffness_Npm / end)) for end in STIFFNESS_NPM) / span
-    return Calibration(ground, tuple(trials), best[-1], edge < 0.03)
+    edge = min(abs(math.log(best.stiffness_Npm / end)) for end in STIFFNESS_NPM) / span
+    stiff = replace(ground, calibrate=False, stiffness_Npm=best.stiffness_Npm, damping_Nspm=best.damping_Nspm)
+    return Calibration(stiff, trials, motion, edge < 0.03)
 
 
 def search(loss: Loss) -> tuple[float, float]:
@@ -163,4 +153,4 @@ def golden(function: Callable[[float], float], low: float, high: float, evaluati
 
 def _ground(ground: Ground, stiffness: float, ratio: float, mass_kg: float) -> Ground:
     damping = ratio * 2 * math.sqrt(stiffness * mass_kg)
-    return replace(ground, stiffness_Npm=stiffness, damping_Nspm=damping)
+    return replace(ground, calibrate=False, stiffness_Npm=stiffness, damping_Nspm=damping)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import configparser
 import hashlib
 import json
 import os
@@ -19,6 +20,8 @@ import simrecon
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DATA = ("models", "windows", "example")
+TESTED_EXTRAS = ("batch", "c3d", "mesh", "test", "video")
+"""Extras of which the oldest versions are tested; `train` is for tools alone, and `dev` fixes its own."""
 JUNK = shutil.ignore_patterns("__pycache__", "*.egg-info", ".*")
 ENVIRONMENT = {
     **{key: value for key, value in os.environ.items() if not key.startswith("PYTHON")},
@@ -157,8 +160,28 @@ def test_wheel_holds_every_file(wheel: Path, copy: Path) -> None:
 
 def test_readme_commands_are_those_of_ci() -> None:
     readme = (CHECKOUT / "README.md").read_text(encoding="utf-8")
-    script = (CHECKOUT / ".ci" / "run").read_text(encoding="utf-8")
-    commands = [line for line in script.splitlines() if line.startswith("python -m ")]
-    assert commands == ["python -m pip install '.[dev]'", "python -m pytest"]
+    install, tests = commands("run")
+    assert install == "python -m pip install '.[dev]'"
+    assert tests == "python -m pytest -n 2"
     assert "python -m pip install . && simrecon demo" in readme
-    assert " && ".join(commands) in readme
+    assert f"{install} && python -m pytest" in readme
+
+
+def commands(script: str) -> list[str]:
+    """Commands of Python in a script of `.ci`."""
+    lines = (CHECKOUT / ".ci" / script).read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if line.startswith("python -m ")]
+
+
+def test_lower_bounds_are_those_that_are_tested() -> None:
+    config = configparser.ConfigParser()
+    config.read(CHECKOUT / "setup.cfg", encoding="utf-8")
+    extras = config["options.extras_require"]
+    tested = [config["options"]["install_requires"], *(extras[name] for name in TESTED_EXTRAS)]
+    requirements = [line for block in tested for line in block.split()]
+    lines = (CHECKOUT / ".ci" / "lower-bounds.txt").read_text(encoding="utf-8").splitlines()
+    constraints = [line for line in lines if line and not line.startswith("#")]
+    assert sorted(constraints) == sorted(line.replace(">=", "==") for line in requirements)
+    install, tests = commands("oldest")
+    assert install.endswith(f"--constraint .ci/lower-bounds.txt '.[{','.join(TESTED_EXTRAS)}]'")
+    assert tests.startswith("python -m pytest -n 2")

@@ -61,10 +61,53 @@ def test_own_file(tmp_path: Path) -> None:
     assert plans.read(str(path)) == plans.read(path)
 
 
+def test_a_plan_knows_the_name_it_was_read_by(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(DEFAULT, encoding="utf-8")
+    mine, default = plans.read(path), plans.read("default")
+    assert (mine.name, default.name, plans.parse(DEFAULT).name) == (str(path), "default", "")
+    assert mine == default
+    assert "name" not in plans.to_dict(mine)
+    with pytest.raises(InputError, match="unknown key 'name'"):
+        plans.parse(f'name = "x"\n{DEFAULT}')
+
+
+def test_some_values_replaced() -> None:
+    default = plans.read("default")
+    other = plans.overridden(default, {"window.length_s": 0.75, "kinematics.shape": False}, "here")
+    window = replace(default.window, length_s=0.75)
+    assert other == replace(default, window=window, kinematics=replace(default.kinematics, shape=False))
+    assert other.name == "default"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("window.lenght_s", 1, "unknown key 'window.lenght_s', did you mean 'window.length_s'?; valid: sim"),
+        ("window", 1, "unknown key 'window'"),
+        ("purpose", "x", "unknown key 'purpose'"),
+        ("window.length_s", "1", "here: [window] length_s must be a number from 0.02 to 60, found '1'"),
+        ("window.overlap_s", 50, "here: [window] overlap_s must be below length_s"),
+    ],
+)
+def test_values_that_cannot_be_replaced(path: str, value: object, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        plans.overridden(plans.read("default"), {path: value}, "here")
+    assert message in str(caught.value)
+
+
 def test_a_whole_number_is_accepted_for_a_float() -> None:
     found = plans.parse(re.sub("bound_rad = .*", "bound_rad = 1", DEFAULT)).optimiser.bound_rad
     assert found == 1.0
     assert isinstance(found, float)
+
+
+def test_a_weight_that_the_papers_lack_may_be_left_out_and_is_zero() -> None:
+    text, count = re.subn(r"^landmark(_velocity)? = .*", "", DEFAULT, flags=re.M)
+    assert count == 2
+    loss = plans.parse(text).loss
+    assert (loss.landmark, loss.landmark_velocity) == (0.0, 0.0)
+    assert loss.com_position == plans.read("default").loss.com_position
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,15 @@ pieces = st.tuples(st.floats(0.02, 4.0), st.floats(0.0, 0.95)).map(lambda p: (p[
 
 def with_windows(length_s: float, overlap_s: float) -> Plan:
     """A plan as far as time goes."""
-    return Plan("", Simulation(0.01, "usual"), WindowPlan(length_s, overlap_s, 0.1), None, None, None, None)
+    return Plan(
+        purpose="",
+        simulation=Simulation(0.01, "usual"),
+        window=WindowPlan(length_s, overlap_s, 0.1),
+        optimiser=None,
+        recovery=None,
+        loss=None,
+        kinematics=None,
+    )
 
 
 @given(clocks, pieces)

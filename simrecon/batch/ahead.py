@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import signal
 import tempfile
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from simrecon.batch import cluster, forecast, journal
 from simrecon.batch.clips import Clip
@@ -18,7 +17,7 @@ from simrecon.batch.cluster import Crew
 from simrecon.batch.forecast import Cost
 from simrecon.batch.journal import Places
 from simrecon.results.folder import MOTION, REPORT
-from simrecon.system import processor
+from simrecon.system import processor, signals
 
 Say = Callable[[str], None]
 
@@ -54,7 +53,7 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
         `wall_s`, `size_bytes` and `free_bytes`.
     """
     places = Places(settings.output.resolve())
-    with interruptible(), crew(settings, len(clips), uuid.uuid4().hex[:12]) as workers:
+    with signals.interruptible(), crew(settings, len(clips), uuid.uuid4().hex[:12]) as workers:
         facts = survey(workers, clips)
         failed = {name: row["message"] for name, row in facts.items() if "key" not in row}
         kept = [] if settings.force else [name for name, row in facts.items() if is_done(places, row)]
@@ -152,21 +151,3 @@ def _existing(path: Path) -> Path:
     while not path.exists():
         path = path.parent
     return path
-
-
-@contextlib.contextmanager
-def interruptible() -> Iterator[None]:
-    """The signals that end a session or a job end a batch as Ctrl-C does."""
-
-    def interrupt(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = {}
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        with contextlib.suppress(ValueError):  # not in the main thread
-            before[number] = signal.signal(number, interrupt)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

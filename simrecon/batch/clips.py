@@ -8,16 +8,19 @@ import hashlib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from simrecon import engines, planners
+from simrecon import plan as plans
+from simrecon import scene as scenes
 from simrecon.errors import InputError
 from simrecon.evidence import formats
-from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
-from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.evidence.options import AXES, FRAMES, UNITS_M, place
-from simrecon.evidence.video.weights import MODELS
+from simrecon.job import Job
+from simrecon.job.text import Option, with_options
+from simrecon.job.text import options as job_options
+from simrecon.types import Scene
 
 SUFFIXES = (".npz", ".pkl", ".pt", ".pth", ".npy", ".json", ".bvh", ".trc", ".mot", ".c3d")
 """Files that are taken from a folder; a file that is named by itself may have any suffix."""
@@ -25,94 +28,91 @@ MANIFESTS = (".toml", ".csv")
 RESERVED = ("batch.jsonl", "index.html")
 VIDEOS = (".mp4", ".mov", ".avi", ".mkv", ".webm")
 """Taken from a folder too, if no other input there has the same stem."""
-_FILES = ("input", "scene", "video", "keypoints", "camera")
-_RANGES = {
-    "mass_kg": MASS_RANGE_KG,
-    "height_m": HEIGHT_RANGE_M,
-    "fps": RATE_RANGE_HZ,
-    "fov_deg": FOV_RANGE_DEG,
-    "width_px": (16, 100_000),
-    "height_px": (16, 100_000),
-    "seed": (0, 2**63 - 1),
-}
-_CHOICES = {"up": AXES, "unit": tuple(UNITS_M), "frame": FRAMES, "format": formats.names(), "model": MODELS}
+OLDER_KEYS = ("person_at", "width_px", "height_px")
+"""Keys of manifests that were options of their own: `person_at_px`, and `size_px` in two parts."""
+OPTIONS = {option.name: option for option in job_options()}
+KEYS = ("name", "input", "plan", "scene", "planner", "engine", *OPTIONS, *OLDER_KEYS)
 
 
 @dataclass(frozen=True)
 class Clip:
-    """One clip of a batch; None: as the input says, or the batch's default.
+    """One clip of a batch.
 
     Attributes:
         name: unique; the name of its folder.
-        input, scene, video, keypoints, camera: absolute paths.
-        plan: a name or path. seed: of random numbers.
-        mass_kg, height_m: of the person.
-        person, person_at, model, keypoints_person, camera_name, format, up, unit, frame, fps, fov_deg,
-        width_px, height_px: how the input is read, as the options of `simrecon run`.
+        input: absolute path.
+        plan: a name or path.
+        scene: absolute path, or None.
+        planner, engine: by name.
+        options: of its job (`job.options`), by name; what is not there is as the input says.
     """
 
     name: str
     input: str
     plan: str = "default"
-    seed: int = 0
     scene: str | None = None
-    video: str | None = None
-    keypoints: str | None = None
-    keypoints_person: str | None = None
-    camera: str | None = None
-    camera_name: str | None = None
-    mass_kg: float | None = None
-    height_m: float | None = None
-    person: str | None = None
-    person_at: str | None = None
-    model: str | None = None
-    format: str | None = None
-    up: str | None = None
-    unit: str | None = None
-    frame: str | None = None
-    fps: float | None = None
-    fov_deg: float | None = None
-    width_px: int | None = None
-    height_px: int | None = None
+    planner: str = "none"
+    engine: str = "sampling"
+    options: Mapping[str, Any] = field(default_factory=dict)
 
+    def job(self, output: Path | str) -> Job:
+        """The job of the clip.
 
-KEYS = tuple(item.name for item in fields(Clip))
-_WHOLE = ("seed", "width_px", "height_px")
+        Args:
+            output: folder of its result.
+
+        Raises:
+            InputError: the plan or the scene can't be read.
+        """
+        bare = Job(
+            self.input,
+            str(output),
+            plan=plans.read(self.plan),
+            scene=Scene() if self.scene is None else scenes.read(self.scene),
+            planner=self.planner,
+            engine=self.engine,
+        )
+        return with_options(bare, dict(self.options))
 
 
 def collect(
     inputs: Iterable[str],
+    defaults: Mapping[str, Any] | None = None,
     *,
-    plan: str = "default",
-    seed: int = 0,
     scene_folder: str | None = None,
     video_folder: str | None = None,
 ) -> tuple[Clip, ...]:
-    """All clips of a batch, in the order given.
+    """All clips of a batch, in the order in which they are named.
 
     Args:
         inputs: files, folders, globs and manifests (TOML or CSV).
-        plan: of the clips that name none.
-        seed: the same.
+        defaults: of the clips: plan, scene, planner, engine and options by name.
         scene_folder: where `NAME.toml` is the scene of the clip NAME, or None.
         video_folder: where `NAME.mp4`, or another video, is the video of the clip NAME, or None.
 
     Raises:
-        InputError: an input is not there, a manifest has an unknown key or impossible value, or nothing is
-            found.
+        InputError: an input is not there, a manifest has an unknown key or impossible value, or there is no
+            clip at all.
     """
-    found: list[tuple[str | None, Clip]] = []
-    for given in inputs:
-        for path, root in _paths(given):
+    values = dict(defaults or {})
+    entries: list[tuple[str | None, Clip]] = []
+    for word in inputs:
+        for path, root in _paths(word):
             if path.suffix.lower() in MANIFESTS and root is None:
-                found += _manifest(path, plan, seed)
+                entries += _manifest(path, values)
             else:
-                found.append((None, Clip(_stem(path, root), str(path.resolve()), plan, seed)))
-    if not found:
-        given = ", ".join(inputs)
-        raise InputError(f"{given}: found no clip; valid: files of {', '.join(formats.names())}")
-    clips = [_beside(clip, scene_folder, video_folder) for clip in _named(found)]
-    return tuple(clips)
+                entries.append((None, _clip(_stem(path, root), path, values)))
+    if not entries:
+        words = ", ".join(inputs)
+        raise InputError(f"{words}: found no clip; valid: files of {', '.join(formats.names())}")
+    return tuple(_beside(clip, scene_folder, video_folder) for clip in _named(entries))
+
+
+def _clip(name: str, path: Path, values: Mapping[str, Any]) -> Clip:
+    """A clip with its own fields and options of the values."""
+    options = {key: value for key, value in values.items() if key in OPTIONS}
+    own: dict[str, Any] = {key: value for key, value in values.items() if key not in OPTIONS}
+    return Clip(name, str(path.resolve()), options=options, **own)
 
 
 def _paths(given: str) -> list[tuple[Path, Path | None]]:
@@ -171,14 +171,16 @@ def _named(found: list[tuple[str | None, Clip]]) -> list[Clip]:
     for word in given:
         if given.count(word) > 1:
             raise InputError(f"clip {word!r}: found {given.count(word)} of that name; valid: each its own")
-    found = list(dict.fromkeys(found))  # the same file may be given twice
+    found = [entry for i, entry in enumerate(found) if entry not in found[:i]]  # a file may be named twice
     count: dict[str, int] = {}
     for _, clip in found:
         count[clip.name.lower()] = count.get(clip.name.lower(), 0) + 1
     named: dict[str, Clip] = {}
     for name, clip in found:
         if name is None and count[clip.name.lower()] > 1:
-            mark = hashlib.sha256(f"{clip.input} {clip.person} {clip.plan}".encode()).hexdigest()[:6]
+            mark = hashlib.sha256(
+                f"{clip.input} {clip.options.get('person')} {clip.plan}".encode()
+            ).hexdigest()[:6]
             clip = replace(clip, name=f"{clip.name}_{mark}")
         if clip.name in named:
             raise InputError(
@@ -195,7 +197,7 @@ def _beside(clip: Clip, scenes: str | None, videos: str | None) -> Clip:
         ("scene", scenes, (".toml",)),
         ("video", videos, VIDEOS),
     ):
-        if folder is None or getattr(clip, key) is not None:
+        if folder is None or (clip.scene if key == "scene" else clip.options.get(key)) is not None:
             continue
         if not Path(folder).is_dir():
             raise InputError(
@@ -204,27 +206,28 @@ def _beside(clip: Clip, scenes: str | None, videos: str | None) -> Clip:
         there = [Path(folder) / f"{name}{suffix}" for name in (clip.name, stem) for suffix in suffixes]
         first = next((path for path in there if path.is_file()), None)
         if first is not None:
-            given: dict[str, Any] = {key: str(first.resolve())}
-            clip = replace(clip, **given)
+            value = str(first.resolve())
+            if key == "scene":
+                clip = replace(clip, scene=value)
+            else:
+                clip = replace(clip, options={**clip.options, key: value})
     return clip
 
 
-def _manifest(path: Path, plan: str, seed: int) -> list[tuple[str | None, Clip]]:
-    rows, defaults = _toml(path) if path.suffix.lower() == ".toml" else _csv(path)
-    given: dict[str, Any] = {"plan": plan, "seed": seed}
-    found: list[tuple[str | None, Clip]] = []
+def _manifest(path: Path, defaults: Mapping[str, Any]) -> list[tuple[str | None, Clip]]:
+    rows, shared = _toml(path) if path.suffix.lower() == ".toml" else _csv(path)
+    entries: list[tuple[str | None, Clip]] = []
     for where, row in rows:
-        table = given | _checked(where, {**defaults, **row}, path.resolve().parent)
-        if "input" not in table:
+        own = _checked(where, {**shared, **row}, path.resolve().parent)
+        if "input" not in own:
             raise InputError(f"{where} lacks the key 'input'; valid: {', '.join(KEYS)}")
-        inputs = _paths(table.pop("input"))
-        named = table.pop("name", None)
-        if named is not None and len(inputs) > 1:
+        inputs = _paths(own.pop("input"))
+        name = own.pop("name", None)
+        if name is not None and len(inputs) > 1:
             raise InputError(f"{where} name: found one for {len(inputs)} inputs; valid: leave it out")
         for file, root in inputs:
-            own = _stem(file, root) if named is None else named
-            found.append((named, Clip(own, str(file.resolve()), **table)))
-    return found
+            entries.append((name, _clip(name or _stem(file, root), file, {**defaults, **own})))
+    return entries
 
 
 def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
@@ -264,37 +267,59 @@ def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any
 
 def _checked(where: str, row: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The values of a row, of their types; paths are relative to the manifest."""
-    found: dict[str, Any] = {}
-    for key, value in row.items():
+    values: dict[str, Any] = {}
+    for key, value in _renamed(where, row).items():
         if key not in KEYS:
             raise InputError(f"{where} unknown key {key!r}; valid: {', '.join(KEYS)}")
-        if key in _RANGES:
-            found[key] = _number(f"{where} {key}", value, *_RANGES[key], whole=key in _WHOLE)
-            continue
-        if not isinstance(value, str) or not value.strip():
+        if key in OPTIONS:
+            values[key] = _option(f"{where} {key}", OPTIONS[key], value)
+        elif not isinstance(value, str) or not value.strip():
             raise InputError(f"{where} {key} must be text, found {value!r}")
-        if key in _CHOICES and value not in _CHOICES[key]:
-            raise InputError(f"{where} {key} must be one of {', '.join(_CHOICES[key])}, found {value!r}")
-        if key == "person_at" and place(value) is None:
-            raise InputError(f"{where} person_at must be x,y in pixels, such as 640,360, found {value!r}")
+        else:
+            values[key] = value
         if key == "name" and _safe(value) != value:
             raise InputError(f"{where} name: found {value!r}; valid: a file name such as {_safe(value)!r}")
-        inside = folder / Path(value).expanduser()
-        is_file = key in _FILES or (key == "plan" and inside.is_file())
-        found[key] = str(inside) if is_file else value
-        if key in _FILES[1:] and not inside.exists():
-            raise InputError(f"{where} {key}: found no file {inside}")
-    return found
+        values[key] = _path(f"{where} {key}", key, values[key], folder)
+    _check_names(where, values)
+    return values
 
 
-def _number(where: str, value: Any, low: float, high: float, *, whole: bool) -> float | int:
-    kind = "a whole number" if whole else "a number"
+def _renamed(where: str, row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row with the older keys under the names of today's options."""
+    values = dict(row)
+    if "person_at" in values:
+        values["person_at_px"] = values.pop("person_at")
+    sides = [values.pop(key, None) for key in ("width_px", "height_px")]
+    if sides != [None, None]:
+        if None in sides:
+            raise InputError(f"{where} found one of width_px and height_px; valid: both, or size_px")
+        values["size_px"] = f"{sides[0]}x{sides[1]}"
+    return values
+
+
+def _option(where: str, option: Option, value: Any) -> Any:
+    """A value of TOML, or a cell of a table, as that of an option."""
     try:
-        if isinstance(value, bool):
-            raise ValueError
-        number = int(str(value)) if whole else float(value)
-        if not low <= number <= high:
-            raise ValueError
-    except (ValueError, TypeError) as error:
-        raise InputError(f"{where} must be {kind} from {low:g} to {high:g}, found {value!r}") from error
-    return number
+        return option.parse(value) if isinstance(value, str) else option.check(value)
+    except InputError as error:
+        raise InputError(f"{where} {error}") from error
+
+
+def _path(where: str, key: str, value: Any, folder: Path) -> Any:
+    """A file's path as seen from the manifest's folder; other values as they are."""
+    is_file = key in ("input", "scene") or (key in OPTIONS and OPTIONS[key].rules.get("file"))
+    if not is_file and key != "plan":
+        return value
+    inside = folder / Path(value).expanduser()
+    if key == "plan":
+        return str(inside) if inside.is_file() else value
+    if key != "input" and not inside.exists():
+        raise InputError(f"{where}: found no file {inside}")
+    return str(inside)
+
+
+def _check_names(where: str, values: Mapping[str, Any]) -> None:
+    """Check that planner and engine are there."""
+    for key, valid in (("planner", planners.names()), ("engine", engines.names())):
+        if key in values and values[key] not in valid:
+            raise InputError(f"{where} {key} must be one of {', '.join(valid)}, found {values[key]!r}")

@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simrecon.batch import inputs, work
+from simrecon.batch import survey, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Event, Places, check_alive
-from simrecon.batch.work import Job
+from simrecon.batch.work import Assignment
 from simrecon.errors import InputError, SimreconError
 from simrecon.io.provenance import code_digest
 from simrecon.system import processor
@@ -58,15 +58,15 @@ class Crew:
 
     def survey(self, clip: Clip) -> Any:
         """Start to find out what there is to do for a clip; its future comes to the inbox."""
-        return self._submit(inputs.survey, clip)
+        return self._submit(survey.survey, clip)
 
-    def solve(self, job: Job) -> Any:
+    def solve(self, job: Assignment) -> Any:
         """Start a job; its future comes to the inbox."""
         return self._submit(_solve, job, self._topic)
 
     def measure(self, clip: Clip, folder: str) -> Any:
         """Start to measure what a clip costs; its future comes to the inbox."""
-        return self._submit(inputs.measure, clip, folder)
+        return self._submit(survey.measure, clip, folder)
 
     def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
         self._submitted += 1
@@ -205,7 +205,7 @@ def value(future: Any) -> dict[str, Any]:
     return found
 
 
-def _solve(job: Job, topic: str) -> dict[str, Any]:
+def _solve(job: Assignment, topic: str) -> dict[str, Any]:
     """In a worker: solve, with the threads that the batch allows, and tell it of every window."""
     worker = importlib.import_module("distributed").get_worker()
     _orders["threads"].pop(job.clip.name, None)

@@ -13,8 +13,7 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.errors import InputError, SimreconError
 from simrecon.io import provenance
-from simrecon.results import report
-from simrecon.results.folder import MOTION, REPORT
+from simrecon.results.folder import MOTION, REPORT, SCHEMA
 
 
 class StoppedError(SimreconError):
@@ -55,11 +54,11 @@ def write(places: Places, clip: Clip, said: dict[str, Any]) -> None:
         target.rename(aside)
     error = {"kind": said["kind"], "message": said["message"], "trace": said["trace"] or None}
     content = {
-        "schema": report.SCHEMA,
+        "schema": SCHEMA,
         "versions": provenance.versions(),
         "input": {"name": clip.input},
         "plan_name": clip.plan,
-        "seed": clip.seed,
+        "seed": clip.options.get("seed", 0),
         "error": error,
     }
     journal.write_json(target / REPORT, content)

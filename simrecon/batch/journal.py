@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import json
 import os
 import platform
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from simrecon.errors import InputError, SimreconError
+from simrecon.system import locks
 
 SCHEMA = "simrecon.batch/1"
 Event = dict[str, Any]
@@ -178,16 +178,16 @@ def locked(places: Places, run: str) -> Iterator[None]:
         raise cannot_write(places.root, error) from error
     with stream:
         try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
+            free = locks.acquire(stream)
+        except OSError as error:
+            raise cannot_write(places.root, error) from error
+        if not free:
             holder = read_json(places.lock) or {}
             who = f"process {holder.get('pid', '?')} on {holder.get('host', '?')}"
             raise InputError(
                 f"{places.root}: found another batch at work there ({who}); valid: wait for it, or another "
                 f"-o; `simrecon batch status {places.root}` shows it"
-            ) from error
-        except OSError as error:
-            raise cannot_write(places.root, error) from error
+            )
         try:
             stream.truncate(0)
             json.dump({"run": run, "pid": os.getpid(), "host": platform.node()}, stream)
@@ -201,9 +201,7 @@ def holder(places: Places) -> dict[str, Any] | None:
     """Who holds the folder now; None if nobody does."""
     try:
         with places.lock.open("r", encoding="utf-8") as stream:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except OSError:
+            if not locks.acquire(stream, shared=True):
                 return read_json(places.lock) or {}
     except OSError:
         pass

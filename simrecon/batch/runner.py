@@ -23,10 +23,11 @@ from simrecon.batch.ahead import Settings
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.journal import Event, Journal, Places, cannot_write
-from simrecon.batch.work import Job
+from simrecon.batch.work import Assignment
 from simrecon.errors import SimreconError
 from simrecon.io import provenance
 from simrecon.io.provenance import code_digest
+from simrecon.system import signals
 
 GRACE_S = 60.0
 """After the time to end, running clips have so long to reach their next window."""
@@ -49,7 +50,7 @@ class Outcome:
 
 
 @dataclass
-class _Task:
+class _Entry:
     """A clip that waits or runs."""
 
     clip: Clip
@@ -81,7 +82,7 @@ def run(
     run_id = uuid.uuid4().hex[:12]
     try:
         places.root.mkdir(parents=True, exist_ok=True)
-        with ahead.interruptible(), journal.locked(places, run_id):
+        with signals.interruptible(), journal.locked(places, run_id):
             book = Journal(places.events)
             with contextlib.closing(book), ahead.crew(settings, len(clips), run_id) as crew:
                 return _Night(crew, places, book, settings, run_id, say, progress).work(clips)
@@ -107,8 +108,8 @@ class _Night:
         self._crew, self._places, self._book, self._settings = crew, places, book, settings
         self._run, self._say, self._progress = run_id, say, progress
         self._outcome = Outcome()
-        self._waiting: list[_Task] = []
-        self._running: dict[Any, _Task] = {}  # by future
+        self._waiting: list[_Entry] = []
+        self._running: dict[Any, _Entry] = {}  # by future
         self._video_s = self._video_done_s = 0.0
         self._stopping = False
 
@@ -149,7 +150,7 @@ class _Night:
             about: dict[str, Any] = {"clip": name, "input": clip.input, "plan": clip.plan}
             if "key" not in facts:
                 self._book.append("clip", state="waiting", **about)
-                self._fail(_Task(clip, facts), facts)
+                self._fail(_Entry(clip, facts), facts)
                 continue
             about |= {key: facts[key] for key in ("video_s", "windows", "key")}
             kept = not self._settings.force and ahead.is_done(self._places, facts)
@@ -161,7 +162,7 @@ class _Night:
                 continue
             if self._settings.force:
                 shutil.rmtree(self._places.checkpoints(name), ignore_errors=True)
-            self._waiting.append(_Task(clip, facts))
+            self._waiting.append(_Entry(clip, facts))
             self._video_s += facts["video_s"]
         # the longest first, so that none is left alone at the end
         self._waiting.sort(key=lambda task: (-task.facts["video_s"], task.clip.name))
@@ -190,8 +191,8 @@ class _Night:
                 self._share(jobs)
             self._show()
 
-    def _start(self, task: _Task) -> None:
-        job = Job(task.clip, str(self._places.root), self._run, task.facts["key"], code_digest())
+    def _start(self, task: _Entry) -> None:
+        job = Assignment(task.clip, str(self._places.root), self._run, task.facts["key"], code_digest())
         task.future, task.started, task.window = self._crew.solve(job), None, 0
         self._running[task.future] = task
 
@@ -212,7 +213,7 @@ class _Night:
         running = {task.clip.name: task.started for task in self._running.values() if task.started}
         self._crew.share(running, 0 if self._stopping else len(self._waiting), jobs)
 
-    def _finish(self, task: _Task, future: Any) -> None:
+    def _finish(self, task: _Entry, future: Any) -> None:
         """A task ended: in a result, an error, or with its worker."""
         name = task.clip.name
         if cluster.died(future):
@@ -242,7 +243,7 @@ class _Night:
         else:
             self._again(task, said)
 
-    def _again(self, task: _Task, said: dict[str, Any]) -> None:
+    def _again(self, task: _Entry, said: dict[str, Any]) -> None:
         """Another attempt, if there is one left; one that got further than those before does not count."""
         kept = self._places.checkpoints(task.clip.name)
         solved = len(list(kept.glob("*/*/window_*.npz"))) if kept.is_dir() else 0
@@ -255,7 +256,7 @@ class _Night:
         self._say(f"{task.clip.name}: tried again: {said['message']}")
         self._waiting.insert(0, task)
 
-    def _fail(self, task: _Task, said: dict[str, Any]) -> None:
+    def _fail(self, task: _Entry, said: dict[str, Any]) -> None:
         name = task.clip.name
         self._outcome.failed[name] = said["message"]
         self._book.append(

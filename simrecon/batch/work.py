@@ -6,26 +6,26 @@ All is written to disk; what is returned is small: figures, paths and messages.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import re
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simrecon import pipeline, results, softfloor
-from simrecon import scene as scenes
-from simrecon.batch import failures, inputs, journal
+from simrecon import results
+from simrecon.batch import failures, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint
 from simrecon.errors import SimreconError
 from simrecon.io.provenance import code_digest
-from simrecon.results import folder
-from simrecon.system import memory
+from simrecon.observer import Observer
+from simrecon.results import Result
+from simrecon.running import run
+from simrecon.system import locks, memory
 from simrecon.types import Motion, Window, WindowResult
 
 FREE_MIN_BYTES = 1 << 20
@@ -33,6 +33,7 @@ FREE_MIN_BYTES = 1 << 20
 FALL_M, FALL_S = 0.3, 0.2
 """A person fell whose pelvis is so far below the kinematic fit's for so long."""
 THUMBNAILS, THUMBNAIL_PX = 5, 80
+LANDMARKS = "landmarks"
 _LOCK_INTERVAL_S = 0.5
 STAGE_INTERVAL_S = 10.0
 """Between two words of how far a stage is."""
@@ -41,7 +42,7 @@ Tell = Callable[[dict[str, Any]], None]
 
 
 @dataclass(frozen=True)
-class Job:
+class Assignment:
     """A clip, the batch's folder and id, the key that its result will have, and the code that makes it."""
 
     clip: Clip
@@ -52,7 +53,7 @@ class Job:
 
 
 def solve(
-    job: Job,
+    job: Assignment,
     *,
     threads: Callable[[], int] | int = 0,
     tell: Tell = lambda _: None,
@@ -71,7 +72,7 @@ def solve(
     """
     places, name = Places(Path(job.root)), job.clip.name
     try:
-        with inputs.quiet(), _alone(places, job):
+        with _alone(places, job):
             return {"name": name, "figures": _solve(job, places, threads, tell, stop)}
     except Exception as error:
         found = failures.failure(name, error)
@@ -83,51 +84,39 @@ def solve(
 
 
 def _solve(
-    job: Job, places: Places, threads: Callable[[], int] | int, tell: Tell, stop: Callable[[], bool]
+    job: Assignment, places: Places, threads: Callable[[], int] | int, tell: Tell, stop: Callable[[], bool]
 ) -> dict[str, Any]:
     clip, target = job.clip, places.result(job.clip.name)
     if job.code != code_digest():
         raise SimreconError("the worker has another version of simrecon than the batch; install the same")
     _tidy(places, job)
     results.check_writable(target)
-    stages = _Stages(clip.name, tell)
-    read = inputs.read(clip, lambda done, total: stages("landmarks", done, total))
-    store = _Watched(places, job, tell, stop)
-    how: dict[str, Any] = {"seed": clip.seed, "threads": threads, "checkpoint": store, "report": stages}
-    given, scene, found = read.evidence, read.scene, None
-    start: Motion | None = None
     began = time.perf_counter()
-    if scene.ground.stiffness_Npm == scenes.FIT:
-        found = softfloor.calibrate(given, scene, read.plan, **how)
-        scene, start = replace(scene, ground=found.ground), found.motion
-    made = pipeline.reconstruct(given, scene, read.plan, start=start, **how)
-    said = results.write(
-        target,
-        made,
-        plan_name=clip.plan,
-        seed=clip.seed,
-        input_name=clip.input,
-        video=inputs.shown(clip),
-        calibration=found,
-    )
-    places.thumbnail(clip.name).parent.mkdir(parents=True, exist_ok=True)
-    shown = replace(folder.clip(made), keypoints_px=None, scores=None)
-    strip = overlay.sheet(shown, THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
-    video.write_image(places.thumbnail(clip.name), strip)
+    store = checkpoint.Folder(places.checkpoints(clip.name) / job.key[:16])
+    result = run(clip.job(target), _Watcher(places, job, tell, stop), checkpoint=store, threads=threads)
+    _write_strip(places.thumbnail(clip.name), result)
     if shutil.disk_usage(target).free < FREE_MIN_BYTES:
         shutil.rmtree(target)
         raise journal.DiskFullError(f"{target}: the disk is full, so the result may not be whole")
-    figures = _figures(said, made.motion, time.perf_counter() - began)
+    figures = _figures(result, time.perf_counter() - began)
     journal.write_json(places.record(clip.name), {"key": job.key, "figures": figures})
     shutil.rmtree(places.checkpoints(clip.name), ignore_errors=True)
     failures.note(places, clip.name, f"done: {figures['verdict']}, {figures['wall_s']:.1f} s")
     return figures
 
 
-def _figures(said: dict[str, Any], motion: Motion, here_s: float) -> dict[str, Any]:
+def _write_strip(target: Path, result: Result) -> None:
+    """A few frames of the motion in a row, for the report of the batch."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    strip = overlay.sheet(result.clip(), THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
+    video.write_image(target, strip)
+
+
+def _figures(result: Result, here_s: float) -> dict[str, Any]:
     """What the batch's report shows of a result; `here_s`: wall time since the last start."""
-    frames, windows, totals = said["frames"], said["windows"], said["totals"]
-    drop = fell(motion)
+    report = result.report
+    frames, windows, totals = report["frames"], report["windows"], report["totals"]
+    drop = fell(result.motion)
     verdict = "fell" if drop else "all simulated"
     if frames["fallback"]:
         verdict = f"{frames['fallback']} fallback frames"
@@ -141,8 +130,8 @@ def _figures(said: dict[str, Any], motion: Motion, here_s: float) -> dict[str, A
         "here_s": here_s,
         "windows": len(windows),
         "loss": sum(window["loss"] for window in windows) / len(windows) if windows else None,
-        "metrics": said["metrics"],
-        "replay_exact": said["audit"]["replay_exact"],
+        "metrics": report["metrics"],
+        "replay_exact": report["audit"]["replay_exact"],
     }
 
 
@@ -159,73 +148,64 @@ def fell(motion: Motion) -> bool:
     return False
 
 
-class _Stages:
-    """Tells the batch how far a clip is before its first window; a `Report`.
+class _Watcher(Observer):
+    """Tells the batch how far a clip is, and ends the work when it is to end.
 
     Detection in a long video takes longer than all that follows: now and then it is told how far it is.
     """
 
-    def __init__(self, name: str, tell: Tell) -> None:
-        self._name, self._tell = name, tell
+    def __init__(self, places: Places, job: Assignment, tell: Tell, stop: Callable[[], bool]) -> None:
+        self._places, self._job, self._tell, self._stop = places, job, tell, stop
         self._stage, self._told_s = "", 0.0
 
-    def __call__(self, stage: str, done: float, total: float) -> None:
-        """See `Report`; windows are told by themselves."""
+    @property
+    def _name(self) -> str:
+        return self._job.clip.name
+
+    def stage(self, name: str, done: float, total: float) -> None:
+        """See `Observer`; windows are told by themselves."""
+        name = LANDMARKS if name.startswith(LANDMARKS) else name
         now = time.monotonic()
-        if stage == "simulation" or (stage == self._stage and now - self._told_s < STAGE_INTERVAL_S):
+        if name == "simulation" or (name == self._stage and now - self._told_s < STAGE_INTERVAL_S):
             return
-        self._stage, self._told_s = stage, now
+        self._stage, self._told_s = name, now
         part = round(done / total, 3) if total > 0 else 0.0
-        self._tell({"event": "stage", "clip": self._name, "stage": stage, "part": part})
+        self._tell({"event": "stage", "clip": self._name, "stage": name, "part": part})
 
-
-class _Watched(checkpoint.Folder):
-    """Checkpoints of a job that tell the batch, and end the work when it is to end."""
-
-    def __init__(self, places: Places, job: Job, tell: Tell, stop: Callable[[], bool]) -> None:
-        super().__init__(places.checkpoints(job.clip.name) / job.key[:16])
-        self._places, self._job, self._tell, self._stop = places, job, tell, stop
-
-    def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
+    def resumed(self, known: Sequence[WindowResult], windows: Sequence[Window]) -> None:
         """Say where the work goes on."""
-        found = super().restore(digest, windows)
-        name = self._job.clip.name
-        if found:
-            failures.note(self._places, name, f"goes on after window {len(found)} of {len(windows)}")
-        self._tell({"event": "started", "clip": name, "window": len(found), "windows": len(windows)})
-        return found
+        if known:
+            note = f"goes on after window {len(known)} of {len(windows)}"
+            failures.note(self._places, self._name, note)
+        content = {"window": len(known), "windows": len(windows)}
+        self._tell({"event": "started", "clip": self._name, **content})
 
-    def save(self, result: WindowResult) -> None:
-        """Keep it, tell, and end if that was asked for."""
-        super().save(result)
-        done, name = result.window.index + 1, self._job.clip.name
-        count = len(self.windows)
+    def solved(self, result: WindowResult, windows: Sequence[Window]) -> None:
+        """Tell, and end if that was asked for."""
+        done, count = result.window.index + 1, len(windows)
         line = f"window {done} of {count}: loss {result.loss:.2f}, {result.seconds:.1f} s"
-        failures.note(self._places, name, line)
+        failures.note(self._places, self._name, line)
         content = {"window": done, "windows": count, "loss": round(result.loss, 4)}
-        self._tell({"event": "window", "clip": name, **content})
+        self._tell({"event": "window", "clip": self._name, **content})
         if done < count and (self._stop() or not journal.check_alive(self._places, self._job.run)):
-            raise failures.StoppedError(f"{name}: stopped after window {done} of {count}, which is kept")
+            message = f"{self._name}: stopped after window {done} of {count}, which is kept"
+            raise failures.StoppedError(message)
 
 
 @contextlib.contextmanager
-def _alone(places: Places, job: Job) -> Iterator[None]:
+def _alone(places: Places, job: Assignment) -> Iterator[None]:
     """Hold the clip: a worker that a lost batch left behind may still be at its last window."""
     path = places.clip_lock(job.clip.name)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as stream:
-        while True:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if not journal.check_alive(places, job.run):
-                    raise failures.StoppedError(f"{job.clip.name}: the batch is gone") from None
-                time.sleep(_LOCK_INTERVAL_S)
+        while not locks.acquire(stream):
+            if not journal.check_alive(places, job.run):
+                raise failures.StoppedError(f"{job.clip.name}: the batch is gone")
+            time.sleep(_LOCK_INTERVAL_S)
         yield
 
 
-def _tidy(places: Places, job: Job) -> None:
+def _tidy(places: Places, job: Assignment) -> None:
     """Remove what a killed worker left half done, and checkpoints for another key."""
     name = job.clip.name
     debris = re.compile(rf"\.{re.escape(name)}\.(\d+\.(partial|earlier)|\w{{8}})")

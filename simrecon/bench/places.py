@@ -41,9 +41,7 @@ def support(evidence: Evidence, plan: Kinematics) -> Scene:
         evidence: of a person.
         plan: as in `seat`.
     """
-    rough = replace(
-        plan, evaluations=min(plan.evaluations, _EVALUATIONS), contact=0.0, penetration=0.0, balance=0.0
-    )
+    rough = replace(kinematics.floating(plan), evaluations=min(plan.evaluations, _EVALUATIONS))
     fit = kinematics.fit(resample(evidence)[0], Scene(), rough)
     found = suggest.suggest(fit.body, fit.scene, fit.times_s, fit.qpos)
     return Scene(fit.scene.ground, tuple(entry.item for entry in found))

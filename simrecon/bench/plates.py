@@ -7,7 +7,6 @@ what is not measured.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import markers
 from simrecon.evidence.npz import write
 from simrecon.evidence.opensim import Columns, Markers, read_mot, read_trc
+from simrecon.io import atomic
 from simrecon.metrics.dynamics import LOADED_N
 from simrecon.metrics.truth import SIDES, TRUTH_SCHEMA
 from simrecon.types import Array, Evidence
@@ -130,9 +130,7 @@ def make(
     write(evidence, seen)
     content = _truth(seen, read_mot(forces), below_m, feet_on_plates)
     content |= {"mass_kg": np.array(mass_kg), "grf_cutoff_hz": np.array(cutoff_hz)}
-    partial = truth.with_name(f".{truth.name}.{os.getpid()}.partial.npz")
-    np.savez_compressed(partial, allow_pickle=False, **content)
-    os.replace(partial, truth)
+    atomic.write_npz(truth, content)
     return evidence, truth
 
 

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.bench import statics, tables
-from simrecon.bench.suite import Check, Suite
+from simrecon.bench.schema import Check, Suite
 from simrecon.bench.task import RESULT, Task, execute, failed, tasks
 from simrecon.errors import InputError
-from simrecon.export import picture
-from simrecon.io import provenance
+from simrecon.exports import picture
+from simrecon.io import atomic, provenance
 from simrecon.system import processor
 
 SCHEMA = "simrecon.bench/1"
@@ -170,17 +170,10 @@ def _wait_for_parent() -> None:
 
 
 def write(target: Path, content: str) -> None:
-    """Write a file, first under a temporary name beside it.
+    """Write a file; the one that was there is replaced at once.
 
     Raises:
         InputError: it can't be written.
     """
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(content, encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(
-            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
-        ) from error
+    with atomic.reported(target):
+        atomic.write_text(target, content)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from simrecon.bench.suite import Bound, Column, Suite, Table, Target
+from simrecon.bench.schema import Bound, Column, Suite, Table, Target
 from simrecon.errors import InputError
 
 Row = dict[str, Any]

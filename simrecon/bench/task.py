@@ -4,29 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from simrecon import evidence as readers
-from simrecon import kinematics, pipeline, resources, results
+from simrecon import kinematics, resources
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.bench import places, plates
-from simrecon.bench.suite import Clip, Suite, Variant, overridden
+from simrecon.bench.schema import Clip, Suite, Variant
 from simrecon.body import names
-from simrecon.errors import InputError, SimreconError
+from simrecon.errors import SimreconError
 from simrecon.evaluation import fitted, scores
-from simrecon.io import provenance
+from simrecon.io import atomic, provenance
+from simrecon.job import Job, Person, Reading, inputs
 from simrecon.plan import Plan
+from simrecon.running import run
 from simrecon.types import Evidence, Scene
 
 RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
@@ -81,7 +79,7 @@ def execute(task: Task) -> dict[str, Any]:
 
     Returns:
         `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
-        `key`, `scores` by motion, `intervals`, `run` (`suite.RUN_SCORES`) and `check` of the evaluator.
+        `key`, `scores` by motion, `intervals`, `run` (`schema.RUN_SCORES`) and `check` of the evaluator.
     """
     try:
         return _said(task) | _execute(task)
@@ -113,24 +111,13 @@ def _execute(task: Task) -> dict[str, Any]:
     status = "kept"
     if not (folder / "motion.npz").is_file() or _recorded(record).get("key") != key:
         record.unlink(missing_ok=True)
-        began = time.process_time()
-        made = pipeline.reconstruct(
-            dropped(seen, task.variant.drop), scene, plan, seed=task.seed, threads=task.threads
-        )
-        results.write(
-            folder,
-            made,
-            plan_name=task.plan,
-            seed=task.seed,
-            threads=task.threads,
-            input_name=given.name,
-        )
-        _write(record, json.dumps({"key": key, "cpu_s": time.process_time() - began}) + "\n")
+        run(_job(task, given, scene, plan, folder))
+        atomic.write_json(record, {"key": key})
         status = "done"
     table = scores.score(folder, truth, given)
     content = table.as_dict()
     said = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
-    said["run"] = _run(folder, record)
+    said["run"] = _run(folder)
     if task.evaluator is not None:
         command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
         said["check"] = json.loads(subprocess.check_output(command, text=True))
@@ -158,33 +145,39 @@ def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[st
         began = time.process_time()
         fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
         fitted.write(path, fit, time.process_time() - began)
-        _write(record, json.dumps({"key": key}) + "\n")
+        atomic.write_json(record, {"key": key})
         status = "done"
     table = scores.score_fit(path, truth, given)
     said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
     return said | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
 
 
-def dropped(evidence: Evidence, parts: Iterable[str]) -> Evidence:
+def _job(task: Task, input_file: Path, scene: Scene, plan: Plan, folder: Path) -> Job:
+    """The job of a run."""
+    parts = task.variant.drop
+    return Job(
+        str(input_file),
+        str(folder),
+        reading=Reading(
+            unknown_camera="camera" in parts, ignore=tuple(part for part in parts if part != "camera")
+        ),
+        person=Person(height_m=task.clip.height_m),
+        scene=scene,
+        plan=plan,
+        seed=task.seed,
+        threads=task.threads,
+    )
+
+
+def dropped(evidence: Evidence, parts: tuple[str, ...]) -> Evidence:
     """Evidence without its 2D landmarks (`keypoints`), 3D estimate (`joints`), or knowledge of its `camera`.
 
     Raises:
         InputError: nothing is left.
     """
-    frames = len(evidence.times_s)
-    for part in parts:
-        if part == "keypoints":
-            points, scored = np.empty((frames, 0, 2)), np.empty((frames, 0))
-            evidence = replace(evidence, keypoint_names=(), keypoints_px=points, scores=scored)
-        elif part == "camera":
-            evidence = readers.unknown_camera(evidence)
-        else:
-            evidence = replace(
-                evidence, joint_names=(), joints_m=np.empty((frames, 0, 3)), rotation_names=(), rotations=None
-            )
-    if not evidence.keypoint_names and not evidence.joint_names:
-        raise InputError("drop: found nothing left of the evidence; valid: leave 2D landmarks or 3D joints")
-    return evidence
+    if "camera" in parts:
+        evidence = readers.unknown_camera(evidence)
+    return inputs.without(evidence, tuple(part for part in parts if part != "camera"), "drop")
 
 
 def _inputs(task: Task) -> tuple[Path, Path]:
@@ -210,7 +203,7 @@ def _inputs(task: Task) -> tuple[Path, Path]:
 
 def _plan(task: Task) -> Plan:
     where = f"{task.suite.name}: variant {task.variant.name}"
-    return overridden(plans.read(task.plan), task.variant.plan, where)
+    return plans.overridden(plans.read(task.plan), task.variant.plan, where)
 
 
 def _read(task: Task, given: Path) -> Evidence:
@@ -253,7 +246,7 @@ def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
 
 
 def _recorded(path: Path) -> dict[str, Any]:
-    """What was written down of a run: `key`, and `cpu_s` of its reconstruction."""
+    """What was written down of a run: its `key`."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -261,20 +254,14 @@ def _recorded(path: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _run(folder: Path, record: Path) -> dict[str, float]:
+def _run(folder: Path) -> dict[str, float]:
     said = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    totals, spent = said["totals"], _recorded(record).get("cpu_s")
+    totals = said["totals"]
     found = {
         "seconds_per_second": totals["seconds_per_second"],
-        "cpu_per_second": None if spent is None else spent * totals["seconds_per_second"] / totals["wall_s"],
+        "cpu_per_second": totals["cpu_s"] / totals["video_s"],
         "stepping_share": totals["stepping_share"],
         "fallback": said["frames"]["fallback"],
         "replay_exact": said["audit"]["replay_exact"],
     }
     return {name: float(value) for name, value in found.items() if value is not None}
-
-
-def _write(target: Path, content: str) -> None:
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    partial.write_text(content, encoding="utf-8")
-    os.replace(partial, target)

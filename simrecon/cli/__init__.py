@@ -5,17 +5,14 @@ A command is a module with a function `add(commands)`.
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import traceback
-from collections.abc import Iterator
-
-import mujoco
 
 import simrecon
 from simrecon.cli import batch, bench, evaluate, export, picture, rerun, retarget, run, scene, weights
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError
+from simrecon.sim.quiet import unwarned
 
 COMMANDS = (run, rerun, retarget, export, evaluate, picture, scene, bench, batch, weights)
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
@@ -31,19 +28,19 @@ def main(argv: list[str] | None = None) -> int:
         Exit status: 0 all simulated, 1 failed, 2 bad usage or input, 3 finished with frames on kinematic
         fallback, 130 interrupted.
     """
-    given = sys.argv[1:] if argv is None else argv
+    words = sys.argv[1:] if argv is None else argv
     try:
-        with _quiet_simulator():
-            options = _parser().parse_args(given)
-            finished: int = options.command(options)
-            return finished
+        with unwarned():  # rollouts that diverge are expected, and counted
+            options = _parser().parse_args(words)
+            status: int = options.command(options)
+            return status
     except SystemExit as done:  # argparse, after -h and --version
         return int(done.code or 0)
     except KeyboardInterrupt:
         print("simrecon: interrupted, nothing was written", file=sys.stderr)
         return EXIT_INTERRUPTED
     except Exception as error:
-        debug = "--debug" in given
+        debug = "--debug" in words
         if debug:
             traceback.print_exc()
         message, status = str(error), EXIT_FAILED
@@ -53,17 +50,6 @@ def main(argv: list[str] | None = None) -> int:
             message = f"{type(error).__name__}: {message}{'' if debug else '; --debug shows where'}"
         print("simrecon: error:", " ".join(message.split()), file=sys.stderr)
         return status
-
-
-@contextlib.contextmanager
-def _quiet_simulator() -> Iterator[None]:
-    """Rollouts that diverge are expected, and counted; MuJoCo would print each, and log it in a file here."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def _parser() -> Parser:

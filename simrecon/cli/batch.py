@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import re
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
-from simrecon import plan
+from simrecon import plan, scene
 from simrecon.batch import ahead, clips, page, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
 from simrecon.batch.runner import Outcome
-from simrecon.cli import arguments
-from simrecon.cli.run import EXIT_FALLBACK, LARGEST_SEED
+from simrecon.cli import arguments, options
+from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import InputError
 from simrecon.system import processor
+from simrecon.system.memory import total_bytes
 from simrecon.system.progress import Progress, duration
 
 EXIT_INTERRUPTED = 130
@@ -35,14 +35,10 @@ def add(commands: Any) -> None:
     add_one = batch.add_argument
     add_one("inputs", metavar="INPUT", nargs="+", help="files, folders, globs, manifests (.toml, .csv)")
     add_one("-o", dest="output", metavar="OUT", help="folder of the results, which is made")
-    add_one("--plan", default="default", help=f"{', '.join(plan.names())}, or a path [%(default)s]")
     add_one("--jobs", type=arguments.whole(4096), default=0, metavar="N", help="clips at once [one per core]")
     add_one("--scheduler", metavar="ADDRESS", help="of a dask cluster that runs, or its scheduler file")
     add_one("--scene-dir", metavar="DIR", help="NAME.toml there is the scene of the clip NAME")
     add_one("--video-dir", metavar="DIR", help="NAME.mp4 there is what the overlay of NAME is drawn on")
-    add_one(
-        "--seed", type=arguments.whole(LARGEST_SEED), default=0, metavar="N", help="of random numbers [0]"
-    )
     add_one(
         "--retry",
         type=arguments.whole(100),
@@ -60,46 +56,63 @@ def add(commands: Any) -> None:
     add_one("--force", action="store_true", help="redo what is done")
     add_one("--dry-run", action="store_true", help="only say what there is to do, and what it will cost")
     add_one("--json", action="store_true", help="of status and --dry-run: print JSON")
+    options.add(batch)
 
 
-def _batch(options: argparse.Namespace) -> int:
-    if options.output is None and options.inputs[0] in ("status", "report"):
-        if len(options.inputs) != 2:
-            raise InputError(f"batch {options.inputs[0]}: valid: one folder behind it, that of a batch")
-        return _status(options) if options.inputs[0] == "status" else _report(options)
-    if options.output is None:
+def _batch(parsed: argparse.Namespace) -> int:
+    if parsed.output is None and parsed.inputs[0] in ("status", "report"):
+        if len(parsed.inputs) != 2:
+            raise InputError(f"batch {parsed.inputs[0]}: valid: one folder behind it, that of a batch")
+        return _status(parsed) if parsed.inputs[0] == "status" else _report(parsed)
+    if parsed.output is None:
         raise InputError(
             "-o OUT is needed: the folder of the results; `simrecon batch -h` shows what is valid"
         )
-    plan.read(options.plan)
-    found = clips.collect(
-        options.inputs,
-        plan=options.plan if options.plan in plan.names() else str(Path(options.plan).resolve()),
-        seed=options.seed,
-        scene_folder=options.scene_dir,
-        video_folder=options.video_dir,
+    chosen = clips.collect(
+        parsed.inputs,
+        _defaults(parsed),
+        scene_folder=parsed.scene_dir,
+        video_folder=parsed.video_dir,
     )
-    settings = _settings(options, len(found))
-    if options.dry_run:
-        return _dry_run(options, found, settings)
+    settings = _settings(parsed, len(chosen))
+    if parsed.dry_run:
+        return _dry_run(parsed, chosen, settings)
     shown = _Shown()
-    outcome = runner.run(found, settings, shown.say, shown.progress)
+    outcome = runner.run(chosen, settings, shown.say, shown.progress)
     shown.end()
-    return _end(outcome, options.output)
+    return _end(outcome, parsed.output)
 
 
-def _settings(options: argparse.Namespace, count: int) -> Settings:
-    memory = int(options.memory_gib * GIB) if options.memory_gib else 0
-    if not memory and options.scheduler is None:
-        jobs = options.jobs or min(processor.cores(), count)
-        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // max(jobs, 1)
+def _defaults(parsed: argparse.Namespace) -> dict[str, Any]:
+    """What was said of all clips; files that are named are there, and plans and scenes can be read."""
+    values = options.given(parsed)
+    for name in ("planner", "engine"):
+        if getattr(parsed, name) is not None:
+            values[name] = getattr(parsed, name)
+    if parsed.plan is not None:
+        plan.read(parsed.plan)
+        values["plan"] = parsed.plan if parsed.plan in plan.names() else str(Path(parsed.plan).resolve())
+    if parsed.scene is not None:
+        scene.read(parsed.scene)
+        values["scene"] = str(Path(parsed.scene).resolve())
+    for name, option in clips.OPTIONS.items():
+        if option.rules.get("file") and name in values:
+            values[name] = str(Path(values[name]).resolve())
+    return values
+
+
+def _settings(parsed: argparse.Namespace, count: int) -> Settings:
+    memory = int(parsed.memory_gib * GIB) if parsed.memory_gib else 0
+    if not memory and parsed.scheduler is None:
+        jobs = parsed.jobs or min(processor.cores(), count)
+        memory = total_bytes() // max(jobs, 1)
     return Settings(
-        output=Path(options.output),
-        jobs=options.jobs,
-        scheduler=options.scheduler,
-        retry=options.retry,
-        force=options.force,
-        until_s=None if options.until is None else until(options.until, time.time()),
+        output=Path(parsed.output),
+        jobs=parsed.jobs,
+        scheduler=parsed.scheduler,
+        retry=parsed.retry,
+        force=parsed.force,
+        until_s=None if parsed.until is None else until(parsed.until, time.time()),
         memory_bytes=memory,
     )
 
@@ -142,9 +155,9 @@ def _end(outcome: Outcome, output: str) -> int:
     return EXIT_FALLBACK if outcome.failed or outcome.left or outcome.fallback else 0
 
 
-def _dry_run(options: argparse.Namespace, found: tuple[clips.Clip, ...], settings: Settings) -> int:
+def _dry_run(parsed: argparse.Namespace, found: tuple[clips.Clip, ...], settings: Settings) -> int:
     said = ahead.plan_ahead(found, settings, lambda line: print(line, file=sys.stderr))
-    if options.json:
+    if parsed.json:
         print(json.dumps(said, indent=1))
         return 0
     to_do = said["clips"] - len(said["kept"]) - len(said["failed"])
@@ -159,20 +172,18 @@ def _dry_run(options: argparse.Namespace, found: tuple[clips.Clip, ...], setting
     for name, message in said["failed"].items():
         print(f"bad       {name}: {message}")
     if said["size_bytes"] > said["free_bytes"]:
-        raise InputError(f"{options.output}: needs {size}, found {free} free; make space first")
+        raise InputError(f"{parsed.output}: needs {size}, found {free} free; make space first")
     return 0
 
 
-def _status(options: argparse.Namespace) -> int:
-    state = status.read(Places(Path(options.inputs[1])))
-    print(
-        json.dumps(status.table(state), indent=1) if options.json else status.text(state, options.inputs[1])
-    )
+def _status(parsed: argparse.Namespace) -> int:
+    state = status.read(Places(Path(parsed.inputs[1])))
+    print(json.dumps(status.table(state), indent=1) if parsed.json else status.text(state, parsed.inputs[1]))
     return 0
 
 
-def _report(options: argparse.Namespace) -> int:
-    places = Places(Path(options.inputs[1]))
+def _report(parsed: argparse.Namespace) -> int:
+    places = Places(Path(parsed.inputs[1]))
     try:
         print(page.write(places))
     except OSError as error:

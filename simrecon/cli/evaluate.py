@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-from pathlib import Path
 from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.errors import InputError
 from simrecon.evaluation import scores
+from simrecon.io import atomic
 
 
 def add(commands: Any) -> None:
@@ -36,22 +35,11 @@ def _eval(options: argparse.Namespace) -> int:
         raise InputError(
             f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one"
         )
-    given = options.input if options.evidence is None else options.evidence
-    found = scores.score(options.result, options.truth, given, seed=options.seed)
-    content = json.dumps(found.as_dict(), indent=1)
+    seen = options.input if options.evidence is None else options.evidence
+    score = scores.score(options.result, options.truth, seen, seed=options.seed)
+    content = json.dumps(score.as_dict(), indent=1)
     if options.output is not None:
-        _write(Path(options.output), content + "\n")
-    print(content if options.json else scores.text(found))
+        with atomic.reported(options.output):
+            atomic.write_text(options.output, content + "\n")
+    print(content if options.json else scores.text(score))
     return 0
-
-
-def _write(target: Path, content: str) -> None:
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(content, encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(
-            f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
-        ) from error

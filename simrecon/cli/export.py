@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from simrecon import results
+from simrecon import exports, results
 from simrecon.cli import arguments
 from simrecon.cli.run import EXIT_FALLBACK
-from simrecon.export import bvh as export
 from simrecon.replay import SIMULATED
 
 
@@ -23,15 +22,16 @@ def add(commands: Any) -> None:
         "--to",
         metavar="FORMAT,…",
         required=True,
-        help=f"formats, between commas: {', '.join(export.FORMATS)}",
+        help=f"formats, between commas: {', '.join(exports.FORMATS)}",
     )
     parser.add_argument("-o", dest="output", metavar="DIR", help="folder for the files [OUT]")
 
 
 def _export(options: argparse.Namespace) -> int:
-    for path in export.write(options.result, tuple(options.to.split(",")), options.output):
+    result = results.open_result(options.result)
+    for path in exports.export(result, options.to.split(","), options.output):
         print(f"written  {path}")
-    fallback = int(np.count_nonzero(results.read(options.result).status != SIMULATED))
+    fallback = int(np.count_nonzero(result.motion.status != SIMULATED))
     if fallback:
         print(f"{fallback} frames are not simulated, but the kinematic fit", file=sys.stderr)
     return EXIT_FALLBACK if fallback else 0

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.cli import arguments
-from simrecon.export import picture
+from simrecon.exports import picture
 
 
 def add(commands: Any) -> None:

@@ -1,4 +1,4 @@
-"""`simrecon rerun`: a finished result again, in an edited scene or with another plan."""
+"""`simrecon rerun`: a finished result again, in an edited scene or with other options."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simrecon import evidence, scene
-from simrecon.cli import arguments, run
+from simrecon import results
+from simrecon.cli import arguments, options
+from simrecon.cli.run import execute
 from simrecon.errors import InputError
-from simrecon.results import folder
-from simrecon.types import Evidence, Report
+from simrecon.job import Hashes, Job
+from simrecon.results import Result
+from simrecon.results.folder import MOTION
 
 
 def add(commands: Any) -> None:
@@ -19,34 +21,49 @@ def add(commands: Any) -> None:
     rerun = arguments.command(
         commands, "rerun", _rerun, "a finished result again, from its motion on, in an edited scene"
     )
+    rerun.epilog = "Takes every option of run; those that are not given are as they were."
     rerun.add_argument("result", metavar="OUT", help="result folder to start from")
     rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder [OUT, which is replaced]")
-    rerun.add_argument("--scene", metavar="FILE", help="edited scene (scene.toml) [that of OUT]")
-    rerun.add_argument("--input", metavar="FILE", help="the evidence, if it is not where it was")
-    rerun.add_argument("--video", metavar="FILE", help="what the overlay is drawn on [plain ground]")
-    run._add_settings(rerun, plan_name=None)
+    rerun.add_argument("--input", metavar="FILE", help="the input, if it is not where it was")
+    options.add(rerun, recalls=True)
 
 
-def _rerun(options: argparse.Namespace) -> int:
-    motion, report = folder.read(options.result), folder.read_report(options.result)
-    given = _evidence(options, report)
-    options.input = options.input or report["input"]["name"]
-    if options.plan is None:
-        options.plan = report["plan_name"]
-    options.output = options.output or options.result
-    things = scene.read(options.scene or Path(options.result) / folder.SCENE)
-    return run._make(options, given, things, start=motion)
+def _rerun(parsed: argparse.Namespace) -> int:
+    result = results.open_result(parsed.result)
+    job = replace(recalled(result), output=parsed.output or parsed.result)
+    if parsed.input is not None:
+        name = "input" if job.detected is None else "detected"
+        job = replace(job, **{name: parsed.input})
+    _check_there(job, parsed.result)
+    again = options.apply(parsed, job)
+    return execute(replace(again, sha256=_still_known(job, again)))
 
 
-def _evidence(options: argparse.Namespace, report: Report) -> Evidence:
-    """The evidence of the result, with the person's size as it was found."""
-    file = options.input or report["input"]["name"]
-    if not Path(file).is_file():
-        raise InputError(f"{file}: the evidence of {options.result} is not there; --input says where it is")
-    given = evidence.read(file)
-    if given.sha256 != report["input"]["sha256"]:
-        raise InputError(
-            f"{file}: is not the evidence that {options.result} was made from (its sha256 differs)"
-        )
-    person = report["person"]
-    return replace(given, height_m=person["height_m"], mass_kg=person["mass_kg"])
+def recalled(result: Result) -> Job:
+    """The job of a result, to be done again from its motion on, for a person of the size that was fitted."""
+    job, person = result.job, result.report["person"]
+    size = replace(job.person, height_m=person["height_m"], mass_kg=person["mass_kg"])
+    return replace(
+        job,
+        scene=result.scene,
+        person=size,
+        start=str(result.folder / MOTION),
+        sha256=replace(job.sha256, start="", meshes=""),
+    )
+
+
+def _check_there(job: Job, result: str) -> None:
+    source = job.detected or job.input
+    if not Path(source).exists():
+        raise InputError(f"{source}: the evidence of {result} is not there; --input says where it is")
+
+
+def _still_known(before: Job, after: Job) -> Hashes:
+    """Hashes of the files that no option has changed."""
+    files = {
+        "keypoints": (before.reading.keypoints, after.reading.keypoints),
+        "camera": (before.reading.camera, after.reading.camera),
+        "body_model": (before.person.body_model, after.person.body_model),
+    }
+    changed = {name: "" for name, (old, new) in files.items() if old != new}
+    return replace(before.sha256, **changed)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 
@@ -84,7 +82,7 @@ def _rest(model: mujoco.MjModel, person: Body) -> Array:
 
 def _paint(scene: Scene, person: Body, poses: Array, camera: Camera | None, caption: str) -> Image:
     """One picture of as many persons as there are poses (P, nq)."""
-    mjcf = scenes.build(_crowd(person.mjcf, len(poses)), _drawable(scene), _STEP_S)
+    mjcf = scenes.build(_crowd(person.mjcf, len(poses)), scenes.hard_floor(scene), _STEP_S)
     model = mujoco.MjModel.from_xml_string(mjcf)
     qpos = np.array(model.qpos0)
     qpos[: poses.size] = poses.ravel()
@@ -110,13 +108,6 @@ def _padded(image: Image, size: tuple[int, int]) -> Image:
     y, x = (size[1] - small.shape[0]) // 2, (size[0] - small.shape[1]) // 2
     page[y : y + small.shape[0], x : x + small.shape[1]] = small
     return page
-
-
-def _drawable(scene: Scene) -> Scene:
-    """The scene with a hard floor where its stiffness is still to be found."""
-    if scene.ground.stiffness_Npm == scenes.FIT:
-        return replace(scene, ground=replace(scene.ground, stiffness_Npm=None))
-    return scene
 
 
 def _crowd(mjcf: str, count: int) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.io import atomic
 from simrecon.types import Array, IntArray
 
 Image = NDArray[np.uint8]
@@ -53,7 +54,7 @@ def frames(path: Path | str, times_s: Array) -> Generator[Image, None, None]:
 
 
 def write_video(path: Path | str, images: Iterable[Image], fps: float) -> None:
-    """Write an MPEG-4 video under a temporary name beside `path`, then rename it.
+    """Write an MPEG-4 video; the file is replaced at once.
 
     Args:
         path: ends in `.mp4`.
@@ -64,43 +65,35 @@ def write_video(path: Path | str, images: Iterable[Image], fps: float) -> None:
         InputError: it can't be written.
     """
     path = Path(path)
-    temporary = path.with_name(f".{os.getpid()}.{path.name}")
+    with atomic.reported(path), atomic.beside(path) as partial:
+        _encode(partial, path, images, fps)
+
+
+def _encode(partial: Path, path: Path, images: Iterable[Image], fps: float) -> None:
     writer: cv2.VideoWriter | None = None
     try:
         for image in images:
             if writer is None:
                 size = (image.shape[1], image.shape[0])
-                writer = cv2.VideoWriter(str(temporary), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+                writer = cv2.VideoWriter(str(partial), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
                 if not writer.isOpened():
                     raise InputError(f"{path}: can't write the video: is the folder there and writable?")
             writer.write(image)
-        if writer is None:
-            raise InputError(f"{path}: there are no frames to write")
-        writer.release()
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"{path}: can't write the video: {error}") from error
     finally:
         if writer is not None:
             writer.release()
-        temporary.unlink(missing_ok=True)
+    if writer is None:
+        raise InputError(f"{path}: there are no frames to write")
 
 
 def write_image(path: Path | str, image: Image) -> None:
-    """Write an image under a temporary name beside `path`, then rename it; the suffix sets the format.
+    """Write an image; the suffix sets the format, and the file is replaced at once.
 
     Raises:
         InputError: it can't be written.
     """
-    path = Path(path)
-    temporary = path.with_name(f".{os.getpid()}.{path.name}")
-    try:
-        temporary.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"{path}: can't write the image: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    with atomic.reported(path):
+        atomic.write_bytes(path, cv2.imencode(Path(path).suffix, image)[1].tobytes())
 
 
 def _open(path: Path | str, times_s: Array) -> tuple[cv2.VideoCapture, IntArray]:

@@ -10,7 +10,6 @@ import dataclasses
 import hashlib
 import io
 import json
-import os
 import tokenize
 import zipfile
 import zlib
@@ -25,6 +24,7 @@ import numpy as np
 import simrecon
 from simrecon import plan as plans
 from simrecon.engines.problem import Problem
+from simrecon.io import atomic
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 SCHEMA = "simrecon.checkpoint/2"
@@ -79,24 +79,21 @@ class Folder:
         """
         target = self._file(result.window)
         target.parent.mkdir(parents=True, exist_ok=True)
-        partial = target.with_suffix(".partial")
-        try:
-            with partial.open("wb") as stream:
-                stream.write(_bytes(self.digest, result))
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(partial, target)
-            _flush_folder(target.parent)
-        except OSError:
-            partial.unlink(missing_ok=True)
-            raise
+        atomic.write_bytes(target, _bytes(self.digest, result), durable=True)
 
     def _file(self, window: Window) -> Path:
         return self.path / self.digest[:16] / f"window_{window.index:05d}.npz"
 
 
-def digest(problem: Problem, handover: Handover, seed: int) -> str:
-    """Hash of all that the windows of a run depend on: the problem, where it starts, seed and versions."""
+def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") -> str:
+    """Hash of all that the windows of a run depend on.
+
+    Args:
+        problem: what is solved.
+        handover: where it starts.
+        seed: of all random numbers.
+        identity: of the job and the code.
+    """
     found = hashlib.sha256()
     for item in dataclasses.fields(problem):
         value = getattr(problem, item.name)
@@ -109,6 +106,7 @@ def digest(problem: Problem, handover: Handover, seed: int) -> str:
         "clock": dataclasses.asdict(problem.clock),
         "every": problem.every,
         "seed": seed,
+        "identity": identity,
         "versions": [simrecon.__version__, mujoco.__version__, version("numpy")],
     }
     found.update(json.dumps(rest, sort_keys=True).encode())
@@ -122,24 +120,19 @@ _PLAIN = tuple(item.name for item in dataclasses.fields(WindowResult) if item.na
 
 def _bytes(digest: str, result: WindowResult) -> bytes:
     window = result.window
-    buffer = io.BytesIO()
-    plain: dict[str, Any] = {name: np.asarray(getattr(result, name)) for name in _PLAIN}
-    np.savez_compressed(
-        buffer,
-        allow_pickle=False,
-        schema=SCHEMA,
-        digest=digest,
-        window=[window.index, window.start_step, window.commit_step, window.end_step],
-        term_names=np.array(list(result.loss_terms), dtype=str),
-        terms=np.array(list(result.loss_terms.values()), dtype=float),
-        status=result.status.name,
-        effort=[result.effort.retry, result.effort.until],
-        state=result.handover.state,
-        knots_rad=result.handover.knots_rad,
-        first_knot=result.handover.first,
-        **plain,
-    )
-    return buffer.getvalue()
+    arrays: dict[str, Any] = {
+        "schema": SCHEMA,
+        "digest": digest,
+        "window": [window.index, window.start_step, window.commit_step, window.end_step],
+        "term_names": np.array(list(result.loss_terms), dtype=str),
+        "terms": np.array(list(result.loss_terms.values()), dtype=float),
+        "status": result.status.name,
+        "effort": [result.effort.retry, result.effort.until],
+        "state": result.handover.state,
+        "knots_rad": result.handover.knots_rad,
+        "first_knot": result.handover.first,
+    }
+    return atomic.npz_bytes(arrays | {name: np.asarray(getattr(result, name)) for name in _PLAIN})
 
 
 def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
@@ -163,12 +156,3 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
         )
     except (OSError, ValueError, KeyError, EOFError, NotImplementedError, *_DAMAGE):
         return None
-
-
-def _flush_folder(folder: Path) -> None:
-    """A rename survives a power cut only once the folder itself is on the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

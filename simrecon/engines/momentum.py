@@ -17,11 +17,13 @@ the joints stay as they are.
 
 from __future__ import annotations
 
+import itertools
+
 import mujoco
 import numpy as np
 
 from simrecon.sim.address import locate
-from simrecon.sim.poses import differentiate
+from simrecon.sim.poses import differentiate, posed
 from simrecon.types import Array
 
 CLEAR_M, FRAMES_MIN, SPAN_S = 0.03, 4, 0.4
@@ -50,48 +52,45 @@ def flight(model: mujoco.MjModel, qpos: Array) -> int:
 
     None among height fields, to which MuJoCo measures no distance.
     """
-    root = locate(model).body
-    own = model.body_rootid[model.geom_bodyid] == root  # (ngeom,)
-    shown = (model.geom_contype | model.geom_conaffinity) > 0
-    person, scene = np.flatnonzero(own & shown), np.flatnonzero(~own & shown)
     if (model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD).any():
         return 0
-    data = mujoco.MjData(model)
-    for frame, configuration in enumerate(qpos):
-        data.qpos[:] = configuration
-        mujoco.mj_kinematics(model, data)
-        for thing in scene:
-            for part in person:
-                if mujoco.mj_geomDistance(model, data, thing, part, 2 * CLEAR_M, None) < CLEAR_M:
-                    return frame
+    own = np.asarray(locate(model).own_geoms(model), bool)  # (ngeom,)
+    solid = (model.geom_contype | model.geom_conaffinity) > 0
+    pairs = list(itertools.product(np.flatnonzero(~own & solid), np.flatnonzero(own & solid)))
+    for frame, data in enumerate(posed(model, qpos)):
+        for item, part in pairs:
+            if mujoco.mj_geomDistance(model, data, item, part, 2 * CLEAR_M, None) < CLEAR_M:
+                return frame
     return len(qpos)
 
 
 def with_momenta(model: mujoco.MjModel, qpos: Array, first: Array, interval_s: float) -> Array:
     """Velocities `first` (nv,), the root's changed so that both momenta are those of the flight (T, nq)."""
-    data, body = mujoco.MjData(model), locate(model).body
-    times = interval_s * np.arange(len(qpos))
+    times_s = interval_s * np.arange(len(qpos))
+    com, _, spins = _momenta(model, qpos, differentiate(model, qpos, interval_s))
+    path = com - 0.5 * times_s[:, None] ** 2 * model.opt.gravity  # (T, 3)
+    linear = np.polynomial.polynomial.polyfit(times_s, path, 1)[1]  # (3,) v₀
+    angular = np.mean(spins[1:-1], axis=0)  # (3,) L, of central differences alone
 
-    def momenta(configuration: Array, velocity: Array) -> tuple[Array, Array, Array]:
-        """Centre of mass, its velocity, and the angular momentum about it, (3,) each."""
-        data.qpos[:], data.qvel[:] = configuration, velocity
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_comVel(model, data)
-        mujoco.mj_subtreeVel(model, data)
-        fields = (data.subtree_com, data.subtree_linvel, data.subtree_angmom)
-        com, linear, angular = (field[body].copy() for field in fields)
-        return com, linear, angular
+    def at_start(velocities: Array) -> tuple[Array, Array]:
+        """Velocity of the centre of mass and angular momentum, (K, 3) each, for velocities (K, nv)."""
+        return _momenta(model, np.repeat(qpos[:1], len(velocities), axis=0), velocities)[1:]
 
-    velocities = differentiate(model, qpos, interval_s)
-    found = [momenta(q, v) for q, v in zip(qpos, velocities, strict=True)]
-    path = np.array([com for com, _, _ in found]) - 0.5 * times[:, None] ** 2 * model.opt.gravity  # (T, 3)
-    wanted_linear = np.polynomial.polynomial.polyfit(times, path, 1)[1]  # (3,)
-    wanted_angular = np.mean([spin for _, _, spin in found[1:-1]], axis=0)  # (3,) central differences alone
-    inertia = np.stack([momenta(qpos[0], unit)[2] for unit in np.eye(model.nv)[3:6]], axis=-1)  # (3, 3)
-    weights = inertia.T / (ORIENTATION_RAD * np.linalg.norm(wanted_angular) + 1e-9) ** 2  # (3, 3)
-    lacking = wanted_angular - momenta(qpos[0], first)[2]
+    inertia = np.ascontiguousarray(at_start(np.eye(model.nv)[3:6])[1].T)  # (3, 3)
+    weights = inertia.T / (ORIENTATION_RAD * np.linalg.norm(angular) + 1e-9) ** 2  # (3, 3)
+    lacking = angular - at_start(first[None])[1][0]
     changed = first.copy()
     changed[3:6] += np.linalg.solve(weights @ inertia + np.eye(3) / SPIN_RADPS**2, weights @ lacking)
-    changed[:3] += wanted_linear - momenta(qpos[0], changed)[1]
+    changed[:3] += linear - at_start(changed[None])[0][0]
     return changed
+
+
+def _momenta(model: mujoco.MjModel, qpos: Array, qvel: Array) -> tuple[Array, Array, Array]:
+    """Centre of mass, its velocity, and the angular momentum about it, (T, 3) each, of qpos and qvel."""
+    body = locate(model).body
+    fields = [
+        [field[body].copy() for field in (data.subtree_com, data.subtree_linvel, data.subtree_angmom)]
+        for data in posed(model, qpos, qvel)
+    ]
+    com, linear, angular = np.array(fields).swapaxes(0, 1)
+    return com, linear, angular

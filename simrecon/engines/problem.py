@@ -17,8 +17,9 @@ from simrecon.geometry import rotations, splines
 from simrecon.plan import Plan
 from simrecon.prior import Prior
 from simrecon.schedule import Clock
-from simrecon.sim.address import with_items_at_rest
-from simrecon.types import Array, Evidence, IntArray, KinematicFit, Window
+from simrecon.sim.address import locate, with_items_at_rest
+from simrecon.sim.models import compile_text
+from simrecon.types import Array, Evidence, IntArray, KinematicFit, Reference, Window
 
 MIN_SCORE = 0.1
 
@@ -31,11 +32,11 @@ class Problem:
         model: body and scene, compiled from `mjcf`; mjcf: the text that is saved.
         clock: frames and steps. plan: settings. prior: on poses.
         interval_s: between the frames that the loss looks at, every `every`-th one.
-        qpos: (T, nq) kinematic fit, other things that move at rest; qvel0: (nv,) velocity at the first frame.
+        qpos: (T, nq) the reference, movable items at rest; qvel0: (nv,) velocity at the first frame.
         targets_rad: (N + 1, nu) control targets that follow the kinematic pose.
         draft_rad: (Q, nu) knots to begin with where the window before has none; zero if not drafted.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
-        point_weights: (M,) in the loss.
+        point_weights: (M,) in the loss; point_rows: (M,) their sites in the model.
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (T, 4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
@@ -81,46 +82,56 @@ def mjcf(fit: KinematicFit, clock: Clock, plan: Plan) -> str:
     )
 
 
-def pose(fit: KinematicFit, evidence: Evidence, mjcf: str, clock: Clock, plan: Plan) -> Problem:
+def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clock, plan: Plan) -> Problem:
     """Lay out a clip for the engines.
 
     Args:
-        fit: kinematic fit, on uniform frames.
+        fit: body, scene and camera, on uniform frames.
+        reference: what the simulation is to follow, on the same frames.
         evidence: on the same frames.
-        mjcf: body and scene at the clock's time step.
         clock: frames and steps.
         plan: settings.
     """
-    model = mujoco.MjModel.from_xml_string(mjcf)
-    qpos = with_items_at_rest(model, fit.qpos)
-    _, points = kinematics.configurations(fit.body, fit.qpos)
-    rays, scores = _observations(fit, evidence)
+    text = mjcf(fit, clock, plan)
+    model = compile_text(text)
     skeleton = fit.body.skeleton
-    rows = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) for name in skeleton.point_names]
-    spacing_s = plan.window.knot_spacing_s
-    centres = np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0)
+    qpos = with_items_at_rest(model, reference.qpos)
+    rays, scores = _observations(fit, evidence)
     return Problem(
         model=model,
-        mjcf=mjcf,
+        mjcf=text,
         clock=clock,
         plan=plan,
         prior=prior.make(plan.loss.prior_model, skeleton),
         every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
         qpos=qpos,
         qvel0=momentum.first_velocity(model, qpos, clock.frame_s),
-        targets_rad=_targets(model, fit.qpos, clock),
-        draft_rad=np.zeros((splines.knot_count(clock.steps * clock.step_s, spacing_s), model.nu)),
-        orientations=fit.qpos[:, 3:].reshape(len(fit.qpos), -1, 4),
-        com_m=fit.com_m,
-        points_m=points,
+        targets_rad=_targets(model, reference.qpos, clock),
+        draft_rad=_no_draft(model, clock, plan),
+        orientations=reference.qpos[:, 3:].reshape(len(qpos), -1, 4),
+        com_m=reference.com_m,
+        points_m=kinematics.configurations(fit.body, reference.qpos)[1],
         point_weights=names.point_weights(),
-        point_rows=np.array(rows),
+        point_rows=locate(model).sites(model, skeleton.point_names),
         rays=rays,
         scores=scores,
-        world_to_camera=None if fit.camera is None else cameras.extrinsics(fit.camera),
-        joint_rows=centres,
+        world_to_camera=_camera_path(fit),
+        joint_rows=np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0),
         limits_rad=skeleton.limits_rad,
     )
+
+
+def _no_draft(model: mujoco.MjModel, clock: Clock, plan: Plan) -> Array:
+    """Knots of the whole clip (Q, nu), zero."""
+    duration_s = clock.steps * clock.step_s
+    return np.zeros((splines.knot_count(duration_s, plan.window.knot_spacing_s), model.nu))
+
+
+def _camera_path(fit: KinematicFit) -> Array | None:
+    """The world-to-camera transform at each frame, (T, 4, 4); None without a camera."""
+    if fit.camera is None:
+        return None
+    return cameras.extrinsics(fit.camera)
 
 
 def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock) -> Array:

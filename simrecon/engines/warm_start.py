@@ -1,4 +1,4 @@
-"""Where the optimisation of a clip begins when a finished motion is at hand."""
+"""Where the optimisation of a clip begins: at the kinematic pose, or at a finished motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,17 @@ from simrecon.engines.problem import Problem
 from simrecon.errors import InputError
 from simrecon.sim.address import locate
 from simrecon.sim.state import initial_state
-from simrecon.types import Handover, Motion
+from simrecon.types import Array, Handover, Motion
+
+
+def begin(problem: Problem, motion: Motion | None) -> tuple[Problem, Handover]:
+    """Begin at the kinematic fit, or at a finished motion if there is one; see `from_motion`."""
+    return (problem, from_fit(problem)) if motion is None else from_motion(problem, motion)
+
+
+def from_fit(problem: Problem) -> Handover:
+    """Begin at the kinematic pose of the first frame and its velocity, with no knots yet."""
+    return _without_knots(problem, problem.qpos[0], problem.qvel0)
 
 
 def from_motion(problem: Problem, motion: Motion) -> tuple[Problem, Handover]:
@@ -27,7 +37,7 @@ def from_motion(problem: Problem, motion: Motion) -> tuple[Problem, Handover]:
     Raises:
         InputError: it was not simulated, or is of another body or clip.
     """
-    clock, model = problem.clock, problem.model
+    model = problem.model
     person = locate(model)
     steps = motion.frame_step[motion.frame_step >= 0]
     if not len(steps) or not len(motion.ctrl) or steps.max() == 0:
@@ -37,22 +47,32 @@ def from_motion(problem: Problem, motion: Motion) -> tuple[Problem, Handover]:
             f"the motion to start from has {motion.ctrl.shape[1]} motors and {motion.qpos.shape[1]} "
             f"coordinates; valid: those of this body, {model.nu} and {person.nq} or more"
         )
-    last = int(np.flatnonzero(motion.frame_step == steps.max())[0])
-    step_s = float(motion.times_s[last] - motion.times_s[0]) / int(steps.max())
-    covered_s = step_s * len(motion.ctrl)
+    qpos, qvel = problem.qpos[0].copy(), np.zeros(model.nv)
+    qpos[person.qpos], qvel[person.qvel] = motion.qpos[0, : person.nq], motion.qvel[0, : person.nv]
+    return replace(problem, targets_rad=_targets(problem, motion)), _without_knots(problem, qpos, qvel)
+
+
+def _targets(problem: Problem, motion: Motion) -> Array:
+    """Control targets (N + 1, nu): the motion's control on the problem's steps, as far as it goes."""
+    step_s, last_step = problem.clock.step_s, int(motion.frame_step.max())
+    last = int(np.flatnonzero(motion.frame_step == last_step)[0])
+    own_step_s = float(motion.times_s[last] - motion.times_s[0]) / last_step
+    covered_s = own_step_s * len(motion.ctrl)
     targets = problem.targets_rad.copy()  # (N + 1, nu)
-    times_s = clock.step_s * np.arange(len(targets))
+    times_s = step_s * np.arange(len(targets))
     known = times_s < covered_s - 1e-6
-    if abs(step_s / clock.step_s - 1) < 1e-6:
+    if abs(own_step_s / step_s - 1) < 1e-6:
         count = int(known.sum())
         targets[:count] = motion.ctrl[:count]
     else:
-        before_s = step_s * np.arange(len(motion.ctrl))
+        own_times_s = own_step_s * np.arange(len(motion.ctrl))
         for column, values in zip(targets.T, motion.ctrl.T, strict=True):
-            column[known] = np.interp(times_s[known], before_s, values)
+            column[known] = np.interp(times_s[known], own_times_s, values)
     if known.all() or times_s[-1] <= covered_s + 1e-6:
         targets[~known] = targets[int(known.sum()) - 1]
-    qpos, qvel = problem.qpos[0].copy(), np.zeros(model.nv)
-    qpos[: person.nq], qvel[: person.nv] = motion.qpos[0, : person.nq], motion.qvel[0, : person.nv]
-    state = initial_state(model, qpos, qvel)
-    return replace(problem, targets_rad=targets), Handover(state, np.zeros((0, model.nu)))
+    return targets
+
+
+def _without_knots(problem: Problem, qpos: Array, qvel: Array) -> Handover:
+    """What a first window takes over that starts at qpos (nq,) and qvel (nv,)."""
+    return Handover(initial_state(problem.model, qpos, qvel), np.zeros((0, problem.model.nu)))

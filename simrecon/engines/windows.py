@@ -9,38 +9,27 @@ help either, the clip ends there.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
-import mujoco
 import numpy as np
 
+from simrecon.engines import Tracker
 from simrecon.engines.problem import Problem
-from simrecon.sim.state import component
+from simrecon.observer import SILENT, Observer
+from simrecon.sim.poses import posed
+from simrecon.sim.state import qpos_of
 from simrecon.system import blas
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 
-class Engine(Protocol):
-    """What solves one window."""
-
-    problem: Problem
-
-    def solve(
-        self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort
-    ) -> WindowResult:
-        """Optimise a window from where the last one ended."""
-
-
 @blas.one_thread()
 def solve(
-    engine: Engine,
+    tracker: Tracker,
     windows: Sequence[Window],
     start: Handover,
     seed: int,
-    *,
     solved: Sequence[WindowResult] = (),
-    begin: Callable[[Window], None],
-    keep: Callable[[WindowResult], None],
+    observer: Observer = SILENT,
+    keep: Callable[[WindowResult], None] | None = None,
 ) -> tuple[WindowResult, ...]:
     """Solve the windows of a clip in order.
 
@@ -48,40 +37,44 @@ def solve(
     `solved` ends with the bits of one that was never interrupted.
 
     Args:
-        engine: solves one window.
+        tracker: solves one window.
         windows: of the clip.
         start: where the first window begins.
         seed: of all random numbers.
         solved: the first windows, if they are known already.
-        begin: told of each window before it is solved.
-        keep: told of each that was solved and did not fall.
+        observer: hears how far the simulation is, and of each window that did not fall.
+        keep: called with the same windows, before the observer; None: they are not kept.
 
     Returns:
         The windows up to the end, or up to the first one that fell in spite of all retries.
     """
-    found, end = list(solved), len(windows)
-    effort = found[-1].effort if found else Effort()
-    while len(found) < end:
-        window = windows[len(found)]
+    results, end = list(solved), len(windows)
+    clock = tracker.problem.clock
+    effort = results[-1].effort if results else Effort()
+    while len(results) < end:
+        window = windows[len(results)]
         if effort.until < window.index:
             effort = Effort(0, window.index)
-        begin(window)
-        handover = found[-1].handover if found else start
+        observer.stage("simulation", window.start_step * clock.step_s, clock.duration_s)
+        handover = results[-1].handover if results else start
         rng = np.random.default_rng([seed, window.index, effort.retry])
-        result = engine.solve(window, handover, rng, effort)
-        if not fell(engine.problem, result):
-            found.append(result)
-            keep(result)
-        elif effort.retry < engine.problem.plan.recovery.retries:
+        result = tracker.solve(window, handover, rng, effort)
+        if not fell(tracker.problem, result):
+            results.append(result)
+            if keep is not None:
+                keep(result)
+            observer.solved(result, windows)
+        elif effort.retry < tracker.problem.plan.recovery.retries:
             effort = Effort(effort.retry + 1, effort.until)
-            del found[_back(effort, window) :]
+            del results[_back(effort, window) :]
         elif window.index == effort.until:
             break
         else:  # what the retries lost is solved again as it was at first, and the clip ends where it fell
             end = effort.until
-            del found[_back(effort, window) :]
+            del results[_back(effort, window) :]
             effort = Effort()
-    return tuple(found)
+    observer.stage("simulation", clock.duration_s, clock.duration_s)
+    return tuple(results)
 
 
 def _back(effort: Effort, window: Window) -> int:
@@ -100,11 +93,8 @@ def fell(problem: Problem, result: WindowResult) -> bool:
     if not corridor_m:
         return False
     stride, first = problem.clock.stride, result.window.start_step // problem.clock.stride
-    qpos = component(problem.model, result.states[::stride], mujoco.mjtState.mjSTATE_QPOS)
-    data = mujoco.MjData(problem.model)
-    for frame, configuration in enumerate(qpos, start=first):
-        data.qpos[:] = configuration
-        mujoco.mj_kinematics(problem.model, data)
+    qpos = qpos_of(problem.model, result.states[::stride])
+    for frame, data in enumerate(posed(problem.model, qpos), start=first):
         off = data.site_xpos[problem.point_rows] - problem.points_m[frame]  # (M, 3)
         if float(np.linalg.norm(off, axis=-1).mean()) > corridor_m:
             return True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 from simrecon import scene as scenes
 from simrecon.errors import InputError
 from simrecon.evaluation.simulated import foot_rest
+from simrecon.io import atomic
 from simrecon.io.arrays import load
 from simrecon.metrics import bodies, statistics
 from simrecon.metrics.bodies import Configurations
@@ -50,21 +50,18 @@ def write(path: Path, fit: KinematicFit, seconds: float) -> None:
         fit: what to write.
         seconds: of processor time that it took.
     """
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial.npz")
-    np.savez_compressed(
-        partial,
-        allow_pickle=False,
-        schema=SCHEMA,
-        times_s=fit.times_s,
-        qpos=fit.qpos,
-        point_names=fit.body.skeleton.point_names,
-        parts=[part.name for part in fit.body.primitives],
-        mjcf=scenes.build(fit.body.mjcf, fit.scene, TIMESTEP_S),
-        scene=scenes.dumps(fit.scene),
-        reprojection_px=fit.reprojection_px,
-        seconds=seconds,
-    )
-    os.replace(partial, path)
+    arrays = {
+        "schema": SCHEMA,
+        "times_s": fit.times_s,
+        "qpos": fit.qpos,
+        "point_names": fit.body.skeleton.point_names,
+        "parts": [part.name for part in fit.body.primitives],
+        "mjcf": scenes.build(fit.body.mjcf, fit.scene, TIMESTEP_S),
+        "scene": scenes.dumps(fit.scene),
+        "reprojection_px": fit.reprojection_px,
+        "seconds": seconds,
+    }
+    atomic.write_npz(path, arrays)
 
 
 def read(path: Path) -> Fitted:

@@ -20,6 +20,7 @@ from simrecon.metrics.statistics import Series, low_pass, of_frames
 from simrecon.metrics.truth import Plates, at
 from simrecon.replay import SIMULATED
 from simrecon.results import folder as folders
+from simrecon.results import motion_file
 from simrecon.types import Array, Motion, Scene
 
 # Primitives of the parts that `metrics.bodies` puts capsules or points on; left side and centre only.
@@ -86,7 +87,7 @@ def read(folder: Path | str) -> Simulated:
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
-    motion, path = folders.read(folder), Path(folder)
+    motion, path = motion_file.read(folder), Path(folder)
     report = _report(path / folders.REPORT)
     scene = scenes.read(path / folders.SCENE)
     try:

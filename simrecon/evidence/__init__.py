@@ -5,8 +5,19 @@ from __future__ import annotations
 from simrecon.evidence.content import is_video
 from simrecon.evidence.formats import read
 from simrecon.evidence.hidden import unknown_camera
+from simrecon.evidence.memory import from_arrays
 from simrecon.evidence.npz import check_names, write
 from simrecon.evidence.options import Options
 from simrecon.evidence.resample import resample, visibility
 
-__all__ = ["Options", "check_names", "is_video", "read", "resample", "unknown_camera", "visibility", "write"]
+__all__ = [
+    "Options",
+    "check_names",
+    "from_arrays",
+    "is_video",
+    "read",
+    "resample",
+    "unknown_camera",
+    "visibility",
+    "write",
+]

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
 from collections.abc import Collection
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
+from simrecon.io import atomic
 from simrecon.io.arrays import Arrays, listed, load
 from simrecon.types import Array, Camera, Evidence, Lens
 
@@ -83,19 +80,8 @@ def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
     """
     content = _content(evidence)
     check(evidence, os.fspath(path))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **content)
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(buffer.getvalue())
-        os.replace(partial, target)
-    except OSError as error:
-        message = f"{target}: can't be written ({error.strerror}); give a file in a writable folder"
-        raise InputError(message) from error
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+    with atomic.reported(os.fspath(path)):
+        atomic.write_npz(os.fspath(path), content)
 
 
 def check_names(evidence: Evidence, valid: Collection[str], path: str | os.PathLike[str]) -> None:
@@ -130,7 +116,9 @@ def parse(arrays: Arrays) -> Evidence:
         ground_known="ground" not in arrays or arrays.text("ground", GROUNDS) == "known",
         sha256=arrays.sha256,
     )  # fmt: skip
-    evidence = _with_rotations(arrays, _with_joints(arrays, _with_keypoints(arrays, evidence)))
+    evidence = _with_joints(arrays, _with_keypoints(arrays, evidence))
+    if _has_rotations(arrays):
+        evidence = replace(evidence, reading="rotations: in the file, not used")
     if not evidence.keypoint_names and not evidence.joint_names:
         groups = f"{', '.join(KEYPOINT_KEYS)} (2D landmarks) or {', '.join(JOINT_KEYS)} (3D joints), or both"
         arrays.fail("keypoints_px, joints_m", "neither", groups)
@@ -246,16 +234,17 @@ def _with_joints(arrays: Arrays, evidence: Evidence) -> Evidence:
     return replace(evidence, joint_names=names, joints_m=joints, joints_frame=frame)
 
 
-def _with_rotations(arrays: Arrays, evidence: Evidence) -> Evidence:
+def _has_rotations(arrays: Arrays) -> bool:
+    """Whether the file holds joint rotations, which are checked and left out."""
     if not _given(arrays, ROTATION_KEYS):
-        return evidence
-    names = arrays.names("rotation_names", "B")
+        return False
+    arrays.names("rotation_names", "B")
     rotations = _points(arrays, "rotations", ("T", "B", 4))
     norms = np.linalg.norm(rotations, axis=-1, keepdims=True)  # (T, B, 1)
     if (np.abs(norms - 1) > UNIT_TOLERANCE).any():
         found = f"norms {np.nanmin(norms):g} to {np.nanmax(norms):g}"
         arrays.fail("rotations", found, "unit quaternions w x y z")
-    return replace(evidence, rotation_names=names, rotations=rotations / norms)
+    return True
 
 
 def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
@@ -267,8 +256,6 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
     if evidence.joint_names:
         values3d = (evidence.joint_names, evidence.joints_m, evidence.joints_frame)
         content |= dict(zip(JOINT_KEYS, values3d, strict=True))
-    if evidence.rotation_names:
-        content |= {"rotation_names": evidence.rotation_names, "rotations": evidence.rotations}
     if (camera := evidence.camera) is not None:
         lens, path = camera.lens, camera.path
         content |= {"image_size_px": lens.image_size_px, "camera_K": lens.matrix_px}

@@ -74,6 +74,18 @@ def to_camera(camera: Camera, points_m: Array) -> Array:
     return (rotation @ points_m[..., None])[..., 0] + translation
 
 
+def to_world(camera: Camera, points_m: Array) -> Array:
+    """Points (M, T, 3) in the camera's frame of each moment → world, same shape.
+
+    A camera that stands still turns all of them at once.
+    """
+    path = extrinsics(camera)
+    if is_still(camera):
+        return np.asarray((points_m - path[0, :3, 3]) @ path[0, :3, :3])  # Rᵀ (x - t), row vectors
+    off = np.swapaxes(points_m - path[:, :3, 3], 0, 1)  # (T, M, 3)
+    return np.swapaxes(off @ path[:, :3, :3], 0, 1)
+
+
 def project(camera: Camera, points_m: Array) -> Array:
     """World points (T, ..., 3) → pixels (T, ..., 2), with lens distortion; NaN behind the camera."""
     xyz = to_camera(camera, points_m)

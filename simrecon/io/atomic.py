@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
 import json
 import os
-from collections.abc import Iterator
+import threading
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from simrecon.errors import InputError
 
@@ -18,17 +23,35 @@ def cannot_write(target: Path | str, error: OSError) -> InputError:
 
 
 @contextlib.contextmanager
+def reported(target: Path | str) -> Iterator[None]:
+    """Turns the OSError of writing a file that the user asked for into `cannot_write`."""
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(target, error) from error
+
+
+@contextlib.contextmanager
 def beside(target: Path) -> Iterator[Path]:
     """A path beside the target to write to, renamed to it when the block ends and removed if it fails.
 
-    The name ends as the target's does, for libraries that go by the suffix.
+    The name ends as the target's does, for libraries that go by the suffix. A target that is a symbolic link
+    stays one: what it points to is replaced. A device or a pipe is refused, for it would be replaced too.
+
+    Raises:
+        OSError: the target can't be replaced; what was there before is still there.
     """
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial{target.suffix}")
+    target = Path(os.path.realpath(target))
+    if target.exists() and not target.is_file():
+        raise OSError(errno.EINVAL, "not a regular file", str(target))
+    mark = f"{os.getpid()}.{threading.get_ident()}"
+    partial = target.with_name(f".{target.name[:100]}.{mark}.partial{target.suffix}")
     try:
         yield partial
         os.replace(partial, target)
     finally:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
 
 
 def write_bytes(target: Path | str, content: bytes, *, durable: bool = False) -> None:
@@ -64,6 +87,22 @@ def write_json(target: Path | str, content: Any) -> None:
         ValueError: a number is not finite.
     """
     write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def write_npz(target: Path | str, arrays: Mapping[str, Any]) -> None:
+    """Write arrays as a compressed `.npz` without pickles: same arrays, same bytes; see `write_bytes`."""
+    write_bytes(target, npz_bytes(arrays))
+
+
+def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
+    """The content of a `.npz`; see `write_npz`.
+
+    Raises:
+        ValueError: an array holds objects.
+    """
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
 
 
 def _flush_folder(folder: Path) -> None:

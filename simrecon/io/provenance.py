@@ -13,6 +13,7 @@ from typing import Any
 
 import simrecon
 from simrecon import resources
+from simrecon.system import memory
 
 NO_MOTION_DEPENDS_ON = (
     "batch/",
@@ -65,15 +66,19 @@ def file_digest(path: Path) -> str:
 
 
 def machine() -> dict[str, Any]:
-    """What the numbers were made on: processor, cores, memory and system; None where it does not say."""
+    """What the numbers were made on: processor, cores, memory and system."""
     model = platform.processor() or platform.machine()
-    memory = None
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         model = next(
             (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model
         )
-        memory = round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30)
-    except (AttributeError, OSError, ValueError):  # not Linux
+    except OSError:  # not Linux
         pass
-    return {"processor": model, "cores": os.cpu_count(), "memory_GiB": memory, "system": platform.system()}
+    gib = round(memory.total_bytes() / 2**30)
+    return {
+        "processor": model,
+        "cores": os.cpu_count(),
+        "memory_GiB": gib,
+        "system": platform.system(),
+    }

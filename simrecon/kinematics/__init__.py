@@ -1,6 +1,8 @@
 """The kinematic half: person, world and poses from evidence alone."""
 
-from simrecon.kinematics.fitting import configurations, fit
+from simrecon.kinematics.fitting import fit
+from simrecon.kinematics.result import configurations
 from simrecon.kinematics.retargeting import retarget
+from simrecon.kinematics.terms import floating
 
-__all__ = ["configurations", "fit", "retarget"]
+__all__ = ["configurations", "fit", "floating", "retarget"]

@@ -21,20 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dtbmv, dtbsv
-from scipy.linalg.lapack import dpbtrf, dtbtrs
+from scipy.linalg.lapack import dtbtrs
 
-from simrecon.kinematics.curvature import FREE, LEAN, REACH, Curvature
-from simrecon.types import Array, IntArray
+from simrecon.kinematics import layout
+from simrecon.kinematics.banded import DAMPING, IDENTITY, TAIL, WIDTH, carried_by, factored
+from simrecon.kinematics.hessian import Curvature
+from simrecon.kinematics.layout import FREE, LEAN
+from simrecon.types import Array
 
-DAMPING = 1e-6
-"""Share of the diagonal that is added, so that the factor exists."""
-WIDTH = FREE * (REACH + 1)
-TAIL = FREE * REACH
-"""Unknowns beyond a block of frames that it is tied to."""
 SOME = 2000
 """Frames whose border is multiplied at once."""
-STIFF = 1e100
-"""What is added to the diagonal of frames to come, while the factor of those before them is made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +38,8 @@ class Conditioning:
     """A linear map between the packed variables x (n,) and well-scaled ones u (n,).
 
     Attributes:
-        columns: of L from the diagonal down, (54 n, 162) of each block of n frames.
-        border: (T, 54, 2 + L + 3) and leans: (T, F): B, as in `Curvature`.
+        columns: of L from the diagonal down, (FREE n, WIDTH) of each block of n frames.
+        border: (T, FREE, 2 + L + 3) and leans: (T, F): B, as in `Curvature`.
         corner: (m, m) C, lower triangular.
     """
 
@@ -54,18 +50,19 @@ class Conditioning:
 
     @property
     def free(self) -> int:
-        """Number of unknowns that are of one frame, 54 T; those after them are shared by all."""
+        """Number of unknowns that are of one frame, FREE·T; those after them are shared by all."""
         return FREE * len(self.border)
 
     def to_variables(self, u: Array) -> Array:
         """The packed variables x (n,) of u (n,): M⁻ᵀ u."""
         own, shared = u[: self.free], u[self.free :]
         shared = solve_triangular(self.corner, shared, lower=True, trans="T", check_finite=False)
-        return _packed(self._solved(own - self._solved(self._spread(shared)), transposed=True), shared)
+        own = self._solved(own - self._solved(self._spread(shared)), transposed=True)
+        return layout.from_frames(own, shared)
 
     def from_variables(self, x: Array) -> Array:
         """The scaled variables u (n,) of x (n,): Mᵀ x."""
-        own, shared = by_frame(x, self.free)
+        own, shared = layout.by_frame(x, len(self.border))
         product = np.append(own, np.zeros(TAIL))
         for place, band in self._bands():
             product[place] = dtbmv(WIDTH - 1, band, product[place], lower=1, trans=1)
@@ -74,14 +71,14 @@ class Conditioning:
 
     def gradient(self, g: Array) -> Array:
         """Gradient with respect to u of one with respect to x: M⁻¹ g."""
-        own, shared = by_frame(g, self.free)
+        own, shared = layout.by_frame(g, len(self.border))
         own = self._solved(own)
         rest = shared - self._gathered(self._solved(own, transposed=True))
         shared = solve_triangular(self.corner, rest, lower=True, check_finite=False)
         return np.concatenate((own, shared))
 
     def _solved(self, right: Array, *, transposed: bool = False) -> Array:
-        """L⁻¹ right or L⁻ᵀ right, (54 T,).
+        """L⁻¹ right or L⁻ᵀ right, (FREE·T,).
 
         Forwards, a block leaves in the unknowns after it what the next has to begin with; backwards it finds
         there what is known of them.
@@ -92,18 +89,18 @@ class Conditioning:
         return x[: self.free]
 
     def _bands(self, *, backwards: bool = False) -> Iterator[tuple[slice, Array]]:
-        """By block, where it is with the unknowns after it, and L (162, …), there as if the identity."""
+        """By block, where it is with the unknowns after it, and L (WIDTH, …), there as if the identity."""
         work = np.empty((len(self.columns[0]) + TAIL, WIDTH))
         starts = np.cumsum([0, *map(len, self.columns)])
         order = range(len(self.columns))
         for i in reversed(order) if backwards else order:
             count = len(self.columns[i])
             work[:count] = self.columns[i]
-            work[count : count + TAIL] = _IDENTITY
+            work[count : count + TAIL] = IDENTITY
             yield slice(starts[i], starts[i + 1] + TAIL), work[: count + TAIL].T
 
     def _spread(self, shared: Array) -> Array:
-        """B shared, (54 T,)."""
+        """B shared, (FREE·T,)."""
         plain = self.border.shape[-1] - LEAN
         lean = self.leans @ shared[plain:].reshape(-1, LEAN)  # (T, 3)
         of_frame = np.concatenate((np.broadcast_to(shared[:plain], (len(lean), plain)), lean), axis=1)
@@ -123,88 +120,30 @@ class Conditioning:
         return np.concatenate((plain.sum(axis=0), (self.leans.T @ lean).ravel()))
 
 
-_IDENTITY = np.eye(1, WIDTH)
-_ROWS, _COLUMNS = np.indices((FREE, FREE))
-_LOWER = _ROWS >= _COLUMNS
-
-
-def _within(k: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Rows and columns of the block of frame t + k with t, and where they are in (54 · 162) of the band."""
-    there = _LOWER if k == 0 else np.ones_like(_LOWER)
-    place = _COLUMNS * WIDTH + FREE * k + _ROWS - _COLUMNS
-    return _ROWS[there], _COLUMNS[there], place[there]
-
-
-_PLACES = tuple(_within(k) for k in range(REACH + 1))
-
-
 def condition(parts: Iterable[Curvature]) -> Conditioning:
-    """Factor a curvature, one block of frames after the other."""
+    """Factor a curvature.
+
+    Args:
+        parts: its blocks of frames, one after the other; of each only half the digits are kept.
+    """
     columns, borders, leans = [], [], []
     corner = squared = np.zeros(())  # S and Wᵀ W so far
     # what the frames before take from the first unknowns of a block: of A, and of B
-    taken, left = np.zeros((TAIL, TAIL)), np.zeros(())
+    carried, left = np.zeros((TAIL, TAIL)), np.zeros(())
     for part in parts:
-        band = _factored(part, taken)
+        band = factored(part, carried)
         count = len(band) - TAIL
         columns.append(band[:count].astype(np.float32))
-        taken = _taken(band)
-        band[count:] = _IDENTITY
+        carried = carried_by(band)
+        band[count:] = IDENTITY
         wide = part.wide().reshape(count, -1)
         right = np.concatenate((wide, np.zeros((TAIL, wide.shape[1]))))
         right[:TAIL] += left
         solved, _ = dtbtrs(band.T, right, uplo="L")
         left = solved[count:]
         corner, squared = corner + part.corner, squared + solved[:count].T @ solved[:count]
-        borders.append(part.border.astype(np.float32))  # of all that was made of the block
+        borders.append(part.border.astype(np.float32))
         leans.append(part.leans)
     rest = np.asarray(corner - squared + DAMPING * np.diag(np.diag(corner)))
     lower: Array = np.asarray(np.linalg.cholesky(rest), dtype=np.float64)
     return Conditioning(tuple(columns), np.concatenate(borders), np.concatenate(leans), lower)
-
-
-def _factored(part: Curvature, taken: Array) -> Array:
-    """Columns (54 (n + 2), 162) of L of a block of n frames, and stiff ones after it."""
-    frames = len(part.border)
-    band = np.zeros((frames + REACH, FREE, WIDTH))
-    flat = band.reshape(frames + REACH, -1)
-    for block, (row, column, place) in zip(part.blocks, _PLACES, strict=True):
-        flat[: len(block), place] = block[:, row, column]
-    band[:frames, :, 0] *= 1 + DAMPING
-    band[frames:, :, 0] = STIFF
-    for frame, k in ((0, 0), (0, 1), (1, 0)):
-        row, column, place = _PLACES[k]
-        flat[frame, place] -= taken[FREE * (frame + k) + row, FREE * frame + column]
-    factor, failed = dpbtrf(band.reshape(-1, WIDTH).T, lower=1, overwrite_ab=1)
-    if failed:
-        raise np.linalg.LinAlgError(f"the curvature is not positive at unknown {failed} of a block")
-    return np.asarray(factor.T)
-
-
-def _taken(band: Array) -> Array:
-    """E Eᵀ (108, 108) of the rows E of L that reach from a block's last frames to those after it."""
-    reach = np.zeros((REACH, FREE, REACH, FREE))
-    flat = band.reshape(-1, FREE * WIDTH)
-    if len(flat) < 2 * REACH:  # the clip's last frame, alone
-        return reach.reshape(TAIL, TAIL)
-    last = flat[-2 * REACH : -REACH]
-    for after, frame, k in ((0, 0, 2), (0, 1, 1), (1, 1, 2)):
-        row, column, place = _PLACES[k]
-        reach[after, row, frame, column] = last[frame, place]
-    square = reach.reshape(TAIL, TAIL)
-    return square @ square.T
-
-
-def by_frame(x: Array, count: int) -> tuple[Array, Array]:
-    """Packed variables as those of one frame after the other (54 T,), and the shared ones."""
-    frames = count // FREE
-    root, turns = x[: 3 * frames].reshape(frames, 3), x[3 * frames : count].reshape(17, frames, 3)
-    own = np.concatenate((root, np.swapaxes(turns, 0, 1).reshape(frames, -1)), axis=1)  # (T, 54)
-    return own.ravel(), x[count:]
-
-
-def _packed(own: Array, shared: Array) -> Array:
-    """The inverse of `by_frame`."""
-    by_time = own.reshape(-1, FREE)
-    turns = np.swapaxes(by_time[:, 3:].reshape(len(by_time), 17, 3), 0, 1)
-    return np.concatenate((by_time[:, :3].ravel(), turns.ravel(), shared))

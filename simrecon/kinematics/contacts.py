@@ -14,7 +14,7 @@ SIGMA_STAND_M = 0.1
 SEAT_DEPTH_M = 0.02
 
 Places = tuple[IntArray, IntArray, IntArray]
-"""Things, contact points and frames."""
+"""Supports, contact points and frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class ContactPoints:
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """What is held to a support: places in an array (things, contact points, frames), of one shape.
+    """What is held to a support: places in an array (supports, contact points, frames), of one shape.
 
     Attributes:
         at: three index arrays that broadcast to the places.
@@ -58,23 +58,23 @@ class Pull:
 def pulls(touch: ContactPoints, standing: Array, sitting: Array, clearance: Array) -> tuple[Pull, ...]:
     """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
 
-    The lowest point of the body, the soles of feet that stand still, and, over things, both buttocks of hips
+    The lowest point of the body, the soles of feet that stand still, and, over items, both buttocks of hips
     at rest. Over the ground they are left alone: who gets up turns over the hips (17 mm worse on one clip).
 
     Args:
         touch: G contact points.
         standing: (2, T) how surely each foot is still, 0 to 1.
         sitting: (T,) how surely the hips are.
-        clearance: (S, G, T) of the points over S things.
+        clearance: (S, G, T) of the points over S supports, the ground first.
     """
     frames = np.arange(clearance.shape[2])
     soles = touch.soles.ravel()
     corners = touch.soles.shape[1]
     share = np.repeat(standing, corners, axis=0) / corners  # (8, T)
-    thing = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
+    support = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
     return (
         Pull(lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
-        Pull((thing, soles[:, None], frames[None]), share, SIGMA_STAND_M),
+        Pull((support, soles[:, None], frames[None]), share, SIGMA_STAND_M),
         *(
             Pull(lowest(rows, clearance, 1), sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M)
             for rows in touch.seat
@@ -84,15 +84,15 @@ def pulls(touch: ContactPoints, standing: Array, sitting: Array, clearance: Arra
 
 
 def lowest(rows: IntArray, clearance: Array, first: int = 0) -> Places:
-    """Places of the least clearance (S, G, T) of points over things from `first` on, by frame, (T,) each."""
+    """Places of the least clearance (S, G, T) of some points over the supports from `first` on, (T,) each."""
     over = clearance[first:, rows]
     frames = np.arange(over.shape[2])
-    thing, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
-    return thing + first, rows[row], frames
+    support, row = np.unravel_index(over.reshape(-1, len(frames)).argmin(axis=0), over.shape[:2])
+    return support + first, rows[row], frames
 
 
 def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
-    """Ends of the capsules and corners of the boxes; `primitives` made with sole_m = 0."""
+    """Ends of the capsules and corners of the boxes; `primitives` have their soles at sole_m = 0."""
     segments, offsets, radii, sole, owner, mass = [], [], [], [], [], []
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     for part in primitives:

@@ -15,10 +15,10 @@ class Pose:
     """Segments of all frames in the world.
 
     Attributes:
-        origins_m: (17, T, 3) joint centres.
-        axes: (17, T, 3, 3) rotation matrices R_b, segment → world.
-        before: (17, T, 3, 3) R_parent · rest_b: the frame in which the joint's rotation vector is given.
-        jacobians: (17, T, 3, 3) left Jacobian of each rotation vector.
+        origins_m: (SEGMENTS, T, 3) joint centres.
+        axes: (SEGMENTS, T, 3, 3) rotation matrices R_b, segment → world.
+        before: (SEGMENTS, T, 3, 3) R_parent · rest_b: the frame in which the joint's rotation vector counts.
+        jacobians: (SEGMENTS, T, 3, 3) left Jacobian of each rotation vector.
     """
 
     origins_m: Array
@@ -28,18 +28,18 @@ class Pose:
 
 
 def forward(skeleton: Skeleton, root_m: Array, root_base: Array, rotvecs: Array, scale: float) -> Pose:
-    """Positions and orientations of the 17 segments.
+    """Positions and orientations of the segments.
 
     Args:
         skeleton: unscaled.
         root_m: (T, 3).
         root_base: (T, 3, 3) orientation from which the root's rotation vector is counted.
-        rotvecs: (17, T, 3) rotation vectors, root first.
+        rotvecs: (SEGMENTS, T, 3) rotation vectors, root first.
         scale: factor on all lengths.
     """
     count, frames = rotvecs.shape[:2]
-    local = rotations.matrix(rotations.exp(rotvecs))  # (17, T, 3, 3)
-    rest = rotations.matrix(skeleton.rest)  # (17, 3, 3)
+    local = rotations.matrix(rotations.exp(rotvecs))  # (SEGMENTS, T, 3, 3)
+    rest = rotations.matrix(skeleton.rest)  # (SEGMENTS, 3, 3)
     origins, axes, before = np.empty((count, frames, 3)), np.empty_like(local), np.empty_like(local)
     origins[0], before[0] = root_m, root_base
     axes[0] = root_base @ local[0]
@@ -78,18 +78,18 @@ def adjoint(
         gradient: (M, T, 3) dE/dp.
 
     Returns:
-        Force on each segment and all below it (17, T, 3), which is dE/d root_m of the first, and dE/d rotvecs
-        (17, T, 3).
+        Force on each segment and all below it, which is dE/d root_m of the first, and dE/d rotvecs; both
+        (SEGMENTS, T, 3).
     """
     count, frames = pose.origins_m.shape[:2]
-    owner = (segments == np.arange(count)[:, None]).astype(np.float64)  # (17, M)
+    owner = (segments == np.arange(count)[:, None]).astype(np.float64)  # (SEGMENTS, M)
     force = (owner @ gradient.reshape(len(segments), -1)).reshape(count, frames, 3)
     about = cross(points_m, gradient)  # about the world's origin
     moment = (owner @ about.reshape(len(segments), -1)).reshape(count, frames, 3)
     for b in range(count - 1, 0, -1):
         force[skeleton.parents[b]] += force[b]
         moment[skeleton.parents[b]] += moment[b]
-    about_joint = moment - cross(pose.origins_m, force)  # (17, T, 3)
+    about_joint = moment - cross(pose.origins_m, force)  # (SEGMENTS, T, 3)
     local = np.swapaxes(pose.before @ pose.jacobians, -1, -2) @ about_joint[..., None]
     return force, local[..., 0]
 

@@ -81,15 +81,15 @@ def transform(left_m: Array, right_m: Array, body_m: Array, *, tilt: bool) -> Ar
 
     lowest = body_m[..., 2].min(axis=1)
     starts = [np.array([0.0, 0.0, h]) / unit for h in np.quantile(lowest, (0.02, 0.1, 0.3, 0.5))]
-    found = min(
+    best = min(
         (lbfgs.minimize(scaled, start, max_evaluations=100, ftol_rel=1e-7) for start in starts),
         key=lambda end: end.loss,
     )
-    plane = found.x * unit * free
-    made = np.eye(4)
-    made[:3, :3] = rotations.matrix(rotations.exp(np.array([plane[0], plane[1], 0.0])))
-    made[:3, 3] = centre - made[:3, :3] @ centre - plane[2] * UP
-    return made
+    plane = best.x * unit * free
+    move = np.eye(4)
+    move[:3, :3] = rotations.matrix(rotations.exp(np.array([plane[0], plane[1], 0.0])))
+    move[:3, 3] = centre - move[:3, :3] @ centre - plane[2] * UP
+    return move
 
 
 def skin(

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 
 from simrecon.kinematics.conditioning import Conditioning, condition
-from simrecon.kinematics.curvature import Curvature
-from simrecon.kinematics.variables import Variables
+from simrecon.kinematics.hessian import Curvature
+from simrecon.kinematics.layout import Variables
 from simrecon.optim import lbfgs
 from simrecon.types import Array
 
@@ -39,21 +39,22 @@ def minimise(
     Returns:
         The best variables, and the evaluations that were used.
     """
-    found, used, loss = start, 0, np.inf
+    variables, used, loss = start, 0, np.inf
     while used < evaluations:
         most = min(ROUND, evaluations - used)
-        found, step = _round(objective, condition(curvature(found)), found, most, shared=shared)
+        better = condition(curvature(variables))
+        variables, step = _round(objective, better, variables, most, shared=shared)
         used += step.evaluations
         if loss - step.loss < settled * step.loss:
             break
         loss = step.loss
-    return found, used
+    return variables, used
 
 
 def _round(
     objective: Callable[[Array], tuple[float, Array]],
     better: Conditioning,
-    found: Variables,
+    start: Variables,
     evaluations: int,
     *,
     shared: bool,
@@ -70,10 +71,10 @@ def _round(
         return value, gradient
 
     # the search's first step is one long: the unit is that of Newton's step
-    began = better.from_variables(found.pack())
+    began = better.from_variables(start.pack())
     unit = float(np.linalg.norm(scaled(began)[1])) or 1.0
     step = lbfgs.minimize(
         partial(scaled, unit=unit), began / unit, max_evaluations=evaluations, ftol_rel=FTOL_REL
     )
     x = better.to_variables(unit * step.x)
-    return Variables.unpack(x, len(found.root_m), len(found.lengths)), step
+    return Variables.unpack(x, len(start.root_m), len(start.lengths)), step

@@ -44,6 +44,13 @@ def _placed(evidence: Evidence, lens: Lens) -> Array:
     return transform if solved else LEVEL
 
 
+def in_world(camera: Camera | None, points_m: Array) -> Array:
+    """Points (M, T, 3) of the camera's frame in the world; without a camera, of one that stands level."""
+    if camera is None:
+        return np.asarray((points_m - LEVEL[:3, 3]) @ LEVEL[:3, :3])
+    return cameras.to_world(camera, points_m)
+
+
 def moved(camera: Camera | None, transform: Array) -> Camera | None:
     """The camera after the world was moved by `transform` (4, 4)."""
     if camera is None:

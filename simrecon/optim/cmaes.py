@@ -8,22 +8,18 @@ n variables.
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
 from simrecon.optim import covariance as shapes
-from simrecon.optim.covariance import SMALLEST, Covariance, State
+from simrecon.optim.covariance import SMALLEST, Covariance
 from simrecon.types import Array
 
-__all__ = ["CMAES", "Covariance", "State", "Strategy", "strategy"]
+__all__ = ["CMAES", "Covariance", "Strategy", "strategy"]
 
-_SCHEMA = "simrecon.cmaes/1"
-_BIT_GENERATORS = ("PCG64", "PCG64DXSM", "Philox", "SFC64", "MT19937")
 _LARGEST = 1e200  # keeps the step size of a run finite that ran away
 
 
@@ -96,20 +92,13 @@ def strategy(n: int, population: int, covariance: Covariance) -> Strategy:
 
 
 class CMAES:
-    """Minimise f: Rⁿ → R: sample x ~ N(m, σ² S C S), S = diag(scales), and learn m, σ, C from ranks.
-
-    Bounds: the search runs without bounds on f(fold(u)), where fold mirrors u at the limits (again and again,
-    if there are two) until it lies between them. What is drawn is thus what is learnt from, no penalty is
-    needed, and f(fold(u)) is continuous if f is. Scales are cut so that no deviation starts above a quarter
-    of its range. Without bounds nothing of this runs.
+    """Minimise f: Rⁿ → R: sample x ~ N(m, σ² C), and learn m, σ, C from ranks.
 
     Args:
         mean: (n,) start.
-        sigma: overall initial step size.
-        scales: (n,) initial standard deviations in units of sigma; ones if None.
+        sigma: initial step size, the same in all variables.
         population: samples of a generation, 4 + ⌊3 ln n⌋ if None (eq. 48).
         covariance: `diagonal` or `low_rank` (linear cost), or `full`.
-        bounds: (n, 2) lower and upper limits, ±inf = none; or None.
         rng: generator to draw from, or a seed.
 
     Raises:
@@ -121,49 +110,35 @@ class CMAES:
         mean: Array,
         sigma: float,
         *,
-        scales: Array | None = None,
         population: int | None = None,
         covariance: Covariance = "diagonal",
-        bounds: Array | None = None,
         rng: np.random.Generator | int,
     ) -> None:
-        self._mean = _array(mean)
+        self._mean = np.array(mean, dtype=np.float64)
         if self._mean.ndim != 1 or self._mean.size == 0 or not np.isfinite(self._mean).all():
             raise ValueError(f"mean: shape {self._mean.shape}; valid is a finite (n,) array with n >= 1")
         n = self._mean.size
         self._sigma = float(sigma)
         if not (self._sigma > 0 and math.isfinite(self._sigma)):
             raise ValueError(f"sigma: {sigma}; valid is a positive finite number")
-        self._scales = np.ones(n) if scales is None else _array(scales)
-        if self._scales.shape != (n,) or not (np.isfinite(self._scales) & (self._scales > 0)).all():
-            raise ValueError(f"scales: shape {self._scales.shape}; valid is ({n},), positive and finite")
         self._population = 4 + int(3 * math.log(n)) if population is None else int(population)  # eq. 48
         if self._population < 2:
             raise ValueError(f"population: {population}; valid is 2 or more")
         if covariance not in get_args(Covariance):
             raise ValueError(f"covariance: {covariance!r}; valid are {', '.join(get_args(Covariance))}")
-        self._covariance: Covariance = covariance
-        self._bounds = None if bounds is None else _checked_bounds(bounds, self._mean)
-        if self._bounds is not None:
-            self._scales = np.minimum(self._scales, np.diff(self._bounds)[:, 0] / (4 * self._sigma))  # (n,)
         self._rng = np.random.default_rng(rng)
         self._constants = strategy(n, self._population, covariance)
         self._shape = shapes.identity(covariance, n, self._constants.c_1 + self._constants.c_mu)
         self._path_sigma, self._path_c = np.zeros(n), np.zeros(n)
-        self._unfolded = np.empty((0, n))
-        self._best_x, self._best_loss = self._mean.copy(), math.inf
-        self._history: list[float] = []
+        self._generation = 0
 
     def ask(self) -> Array:
-        """Draw one generation: (P, n), within the bounds."""
+        """Draw one generation: (P, n)."""
         normal = self._rng.standard_normal((self._population, self._mean.size))  # (P, n) eq. 38
         samples = self._shape.colour(normal)  # (P, n) eq. 39
-        samples *= self._sigma * self._scales
+        samples *= self._sigma
         samples += self._mean  # (P, n) eq. 40
-        if self._bounds is None:
-            return samples
-        self._unfolded = samples
-        return _folded(samples, self._bounds)
+        return samples
 
     def tell(self, samples: Array, losses: Array) -> None:
         """Learn from one generation; the arguments are left as they are.
@@ -180,26 +155,13 @@ class CMAES:
         """
         samples, losses = self._checked(samples, losses)
         order = np.argsort(losses, kind="stable")  # (P,)
-        best = int(order[0])
-        self._history.append(float(losses[best]))
-        if losses[best] == math.inf:
+        self._generation += 1
+        if losses[order[0]] == math.inf:
             return
-        if losses[best] < self._best_loss:
-            self._best_loss = float(losses[best])
-            self._best_x = samples[best].copy()
-        steps = self._as_drawn(samples[order])  # (P, n) a copy
+        steps = samples[order]  # (P, n) a copy
         steps -= self._mean
-        steps /= self._sigma * self._scales  # (P, n)
+        steps /= self._sigma  # (P, n)
         self._learn(steps)
-
-    def _as_drawn(self, samples: Array) -> Array:
-        """(P, n) what `ask` folded into `samples`; a sample that it did not give stands for itself."""
-        if self._bounds is None or not self._unfolded.size:
-            return samples
-        folded = _folded(self._unfolded, self._bounds)  # (P, n)
-        rows = (samples[:, :1] == folded[:, 0]).argmax(axis=1)  # (P,) of two equal first coordinates any
-        known = (samples == folded[rows]).all(axis=1, keepdims=True)  # (P, 1)
-        return np.where(known, self._unfolded[rows], samples)
 
     def _learn(self, steps: Array) -> None:
         """Eq. 41 to 47 on ranked steps (P, n), best first."""
@@ -209,7 +171,7 @@ class CMAES:
         drift = math.sqrt(k.c_sigma * (2 - k.c_sigma) * k.mu_eff) * self._shape.whiten(mean_step)  # (n,)
         self._path_sigma = (1 - k.c_sigma) * self._path_sigma + drift  # (n,) eq. 43
         length = float(np.linalg.norm(self._path_sigma))
-        settled = math.sqrt(1 - (1 - k.c_sigma) ** (2 * self.generation))
+        settled = math.sqrt(1 - (1 - k.c_sigma) ** (2 * self._generation))
         h_sigma = float(length / settled < (1.4 + 2 / (n + 1)) * k.chi_n)  # below eq. 45
         drift = h_sigma * math.sqrt(k.c_c * (2 - k.c_c) * k.mu_eff) * mean_step  # (n,)
         self._path_c = (1 - k.c_c) * self._path_c + drift  # (n,) eq. 45
@@ -218,7 +180,7 @@ class CMAES:
         weights[last] *= n / np.maximum(self._shape.distance2(steps[last]), 1e-30)  # eq. 46
         keep = 1 + k.c_1 * (1 - h_sigma) * k.c_c * (2 - k.c_c) - k.c_1 - k.c_mu * k.weights.sum()  # eq. 47
         self._shape.update(float(keep), k.c_1, self._path_c, weights, steps)  # eq. 47
-        self._mean = self._mean + self._sigma * self._scales * mean_step  # (n,) eq. 42
+        self._mean = self._mean + self._sigma * mean_step  # (n,) eq. 42
         # A factor above e in one generation comes only from samples that were not drawn here.
         growth = math.exp(min(1.0, k.c_sigma / k.d_sigma * (length / k.chi_n - 1)))  # eq. 44
         self._sigma = min(max(self._sigma * growth, SMALLEST), _LARGEST)
@@ -234,24 +196,10 @@ class CMAES:
             raise ValueError("samples: NaN or inf; valid are finite numbers")
         return samples, np.where(np.isnan(losses), np.inf, losses)
 
-    def converged(self, tol_loss: float, tol_sigma: float, generations: int | None = None) -> bool:
-        """Whether both loss and step size have come to rest; changes nothing.
-
-        Args:
-            tol_loss: limit on the range of the best losses of recent generations (tutorial B.3, TolFun).
-            tol_sigma: limit on the largest standard deviation in units of `scales` (tutorial B.3, TolX).
-            generations: how many are recent; 10 + ⌈30 n / P⌉ if None (tutorial B.3).
-        """
-        count = generations or 10 + math.ceil(30 * self._mean.size / self._population)
-        if len(self._history) < count or not np.isfinite(self._history[-count:]).all():
-            return False
-        at_rest = float(np.ptp(self._history[-count:])) <= tol_loss
-        return at_rest and float((self._sigma * self._shape.deviations).max()) <= tol_sigma
-
     @property
     def mean(self) -> Array:
-        """(n,) centre of the distribution, within the bounds."""
-        return self._mean.copy() if self._bounds is None else _folded(self._mean, self._bounds)
+        """(n,) centre of the distribution."""
+        return self._mean.copy()
 
     @property
     def sigma(self) -> float:
@@ -259,122 +207,11 @@ class CMAES:
         return self._sigma
 
     @property
-    def standard_deviations(self) -> Array:
-        """(n,) of the samples (before they are folded into the bounds), in the units of x."""
-        return self._sigma * self._scales * self._shape.deviations
-
-    @property
-    def best_x(self) -> Array:
-        """(n,) best sample told so far; the initial mean before one with a finite loss was told."""
-        return self._best_x.copy()
-
-    @property
-    def best_loss(self) -> float:
-        """Loss of `best_x`, inf before a finite one was told."""
-        return self._best_loss
-
-    @property
-    def history(self) -> Array:
-        """(G,) best loss of each generation, inf where none was finite."""
-        return np.array(self._history)
-
-    @property
     def population(self) -> int:
         """Samples of a generation."""
         return self._population
 
     @property
-    def generation(self) -> int:
-        """Generations told."""
-        return len(self._history)
-
-    @property
     def evaluations(self) -> int:
         """Losses told."""
-        return len(self._history) * self._population
-
-    def state(self) -> State:
-        """All that a run needs to go on with the same bits: plain arrays, numbers and strings."""
-        generator = self._rng.bit_generator.state
-        return {
-            "schema": _SCHEMA,
-            "covariance": self._covariance,
-            "population": self._population,
-            "mean": self._mean.copy(),
-            "sigma": self._sigma,
-            "scales": self._scales.copy(),
-            "bounds": np.empty((0, 2)) if self._bounds is None else self._bounds.copy(),
-            "path_sigma": self._path_sigma.copy(),
-            "path_c": self._path_c.copy(),
-            "unfolded": self._unfolded.copy(),
-            "best_x": self._best_x.copy(),
-            "best_loss": self._best_loss,
-            "history": self.history,
-            "rng": json.dumps(generator, default=lambda array: array.tolist()),
-            **self._shape.state(),
-        }
-
-    @classmethod
-    def from_state(cls, state: Mapping[str, Any]) -> CMAES:
-        """The run of `state`, with a generator of its own; the values may have gone through `.npz` or JSON.
-
-        Raises:
-            ValueError: another schema or bit generator.
-        """
-        if "schema" not in state or str(state["schema"]) != _SCHEMA:
-            raise ValueError(f"schema: {state.get('schema')}; valid is {_SCHEMA!r}")
-        bounds = _array(state["bounds"]).reshape(-1, 2)
-        covariance: Any = str(state["covariance"])
-        run = cls(
-            _array(state["best_x"]),
-            float(state["sigma"]),
-            population=int(state["population"]),
-            covariance=covariance,
-            bounds=bounds if bounds.size else None,
-            rng=_generator(str(state["rng"])),
-        )
-        run._mean, run._scales = _array(state["mean"]), _array(state["scales"])
-        run._path_sigma, run._path_c = _array(state["path_sigma"]), _array(state["path_c"])
-        run._unfolded = _array(state["unfolded"]).reshape(-1, run._mean.size)
-        run._best_loss = float(state["best_loss"])
-        run._history = _array(state["history"]).tolist()
-        run._shape = shapes.restored(covariance, state, run._constants.c_1 + run._constants.c_mu)
-        return run
-
-
-def _array(value: Any) -> Array:
-    return np.array(value, dtype=np.float64)
-
-
-def _generator(text: str) -> np.random.Generator:
-    """The generator whose state `text` holds as JSON."""
-    state = json.loads(text)
-    name = state["bit_generator"]
-    if name not in _BIT_GENERATORS:
-        raise ValueError(f"rng: bit generator {name!r}; valid are {', '.join(_BIT_GENERATORS)}")
-    bit_generator = getattr(np.random, name)()
-    bit_generator.state = state
-    return np.random.Generator(bit_generator)
-
-
-def _folded(points: Array, bounds: Array) -> Array:
-    """(…, n) `points` mirrored at the limits until they lie between them; those that do stay as they are."""
-    lower, upper = bounds.T  # (n,), (n,)
-    both = np.isfinite(lower) & np.isfinite(upper)  # (n,)
-    low, width = np.where(both, lower, 0.0), np.where(both, upper - lower, 1.0)  # (n,), (n,)
-    twice = low + width - np.abs(np.mod(points - low, 2 * width) - width)  # (…, n)
-    once = np.minimum(np.maximum(points, 2 * lower - points), 2 * upper - points)  # (…, n)
-    inside = (lower <= points) & (points <= upper)  # (…, n)
-    return np.where(inside, points, np.clip(np.where(both, twice, once), lower, upper))  # (…, n)
-
-
-def _checked_bounds(bounds: Array, mean: Array) -> Array:
-    """(n, 2) copy of the bounds."""
-    bounds = _array(bounds)
-    if bounds.shape != (mean.size, 2):
-        raise ValueError(f"bounds: shape {bounds.shape}; valid is ({mean.size}, 2)")
-    if not (bounds[:, 0] < bounds[:, 1]).all():
-        raise ValueError("bounds: lower limit not below the upper one; valid is lower < upper in each row")
-    if not ((bounds[:, 0] <= mean) & (mean <= bounds[:, 1])).all():
-        raise ValueError("mean: outside the bounds; valid is lower <= mean <= upper")
-    return bounds
+        return self._generation * self._population

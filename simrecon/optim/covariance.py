@@ -8,15 +8,13 @@ for High Dimension", GECCO 2016 (VkD-CMA). Axes: P samples of a generation, n va
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from simrecon.types import Array
 
 Covariance = Literal["diagonal", "low_rank", "full"]
-State = dict[str, Array | float | int | str]
 
 SMALLEST = 1e-200
 """Keeps variances of a run finite that goes on long after it converged."""
@@ -30,20 +28,20 @@ _CONDITION_LIMIT = 1e14
 class Diagonal:
     """Diagonal covariance C of the steps, kept as standard deviations (n,)."""
 
-    def __init__(self, deviations: Array) -> None:
-        self.deviations = deviations
+    def __init__(self, n: int) -> None:
+        self._deviations = np.ones(n)
 
     def colour(self, normal: Array) -> Array:
         """Steps (…, n) of standard normal samples (…, n)."""
-        return normal * self.deviations  # (…, n) eq. 39
+        return normal * self._deviations  # (…, n) eq. 39
 
     def whiten(self, steps: Array) -> Array:
         """C^-1/2 y of steps y (…, n)."""
-        return steps / self.deviations  # (…, n)
+        return steps / self._deviations  # (…, n)
 
     def distance2(self, steps: Array) -> Array:
         """yᵀ C⁻¹ y (P,) of steps y (P, n)."""
-        squares: Array = np.square(steps) @ (1 / np.square(self.deviations))  # (P,)
+        squares: Array = np.square(steps) @ (1 / np.square(self._deviations))  # (P,)
         return squares
 
     def update(self, keep: float, c_1: float, path: Array, weights: Array, steps: Array) -> None:
@@ -61,13 +59,9 @@ class Diagonal:
         """
         mu = int(np.count_nonzero(weights > 0))
         squares = np.square(steps)  # (P, n)
-        grown = keep * self.deviations**2 + c_1 * path**2 + weights[:mu] @ squares[:mu]  # (n,)
+        grown = keep * self._deviations**2 + c_1 * path**2 + weights[:mu] @ squares[:mu]  # (n,)
         variance = np.maximum(grown + weights[mu:] @ squares[mu:], 0.5 * grown)  # (n,)
-        self.deviations = np.sqrt(np.maximum(variance, SMALLEST))  # (n,)
-
-    def state(self) -> State:
-        """What `restored` needs."""
-        return {"deviations": self.deviations.copy()}
+        self._deviations = np.sqrt(np.maximum(variance, SMALLEST))  # (n,)
 
 
 class LowRank:
@@ -77,8 +71,9 @@ class LowRank:
     symmetric, which changes no distribution, and turns the path of the step size only as slowly as D changes.
     """
 
-    def __init__(self, scales: Array, axes: Array, excess: Array) -> None:
-        self._scales, self._axes, self._excess = scales, axes, excess  # (n,), (k, n), (k,)
+    def __init__(self, n: int) -> None:
+        k = rank(n)
+        self._scales, self._axes, self._excess = np.ones(n), np.eye(k, n), np.zeros(k)
 
     def colour(self, normal: Array) -> Array:
         """Steps (…, n) of standard normal samples (…, n)."""
@@ -125,23 +120,13 @@ class LowRank:
         variance /= 1 + self._excess @ np.square(self._axes)  # (n,)
         self._scales = np.maximum(self._scales * np.sqrt(variance), math.sqrt(SMALLEST))  # (n,)
 
-    @property
-    def deviations(self) -> Array:
-        """Standard deviations (n,) of the steps."""
-        deviations: Array = self._scales * np.sqrt(1 + self._excess @ np.square(self._axes))  # (n,)
-        return deviations
-
-    def state(self) -> State:
-        """What `restored` needs."""
-        return {"shape": self._scales.copy(), "axes": self._axes.copy(), "excess": self._excess.copy()}
-
 
 class Full:
-    """Full C = B D² Bᵀ; B and D may be `gap` generations old, tutorial B.2."""
+    """Full C = B D² Bᵀ; B and D may be `gap` generations old, the more the lower the learning rate (B.2)."""
 
-    def __init__(self, matrix: Array, basis: Array, roots: Array, *, age: int, rate: float) -> None:
-        self._matrix, self._basis, self._roots = matrix, basis, roots  # (n, n), (n, n), (n,)
-        self._age, self._gap = age, max(1, int(1 / (10 * roots.size * rate)))  # B.2
+    def __init__(self, n: int, rate: float) -> None:
+        self._matrix, self._basis, self._roots = np.eye(n), np.eye(n), np.ones(n)
+        self._age, self._gap = 0, max(1, int(1 / (10 * n * rate)))  # B.2
 
     def colour(self, normal: Array) -> Array:
         """Steps (…, n) of standard normal samples (…, n)."""
@@ -175,19 +160,9 @@ class Full:
         self._roots = np.sqrt(values)  # (n,)
         self._age = 0
 
-    @property
-    def deviations(self) -> Array:
-        """Standard deviations (n,) of the steps."""
-        return np.sqrt(np.maximum(np.diagonal(self._matrix), 0.0))  # (n,)
-
-    def state(self) -> State:
-        """What `restored` needs."""
-        arrays = {"matrix": self._matrix, "basis": self._basis, "roots": self._roots}
-        return {**{key: array.copy() for key, array in arrays.items()}, "age": self._age}
-
 
 Shape = Diagonal | LowRank | Full
-"""What `CMAES` needs of a covariance: `colour`, `whiten`, `distance2`, `update`, `deviations`, `state`."""
+"""What `CMAES` needs of a covariance: `colour`, `whiten`, `distance2` and `update`."""
 
 
 def rank(n: int) -> int:
@@ -198,19 +173,5 @@ def rank(n: int) -> int:
 def identity(kind: Covariance, n: int, rate: float) -> Shape:
     """C = 1 for n variables; `rate` = c_1 + c_mu says how often a full one is decomposed (B.2)."""
     if kind == "diagonal":
-        return Diagonal(np.ones(n))
-    if kind == "low_rank":
-        k = rank(n)
-        return LowRank(np.ones(n), np.eye(k, n), np.zeros(k))
-    return Full(np.eye(n), np.eye(n), np.ones(n), age=0, rate=rate)
-
-
-def restored(kind: Covariance, state: Mapping[str, Any], rate: float) -> Shape:
-    """The covariance of a `state`; `rate` as in `identity`."""
-    if kind == "diagonal":
-        return Diagonal(np.array(state["deviations"], dtype=np.float64))
-    if kind == "low_rank":
-        scales, axes, excess = (np.array(state[key], np.float64) for key in ("shape", "axes", "excess"))
-        return LowRank(scales, axes.reshape(-1, scales.size), excess)
-    arrays = (np.array(state[key], dtype=np.float64) for key in ("matrix", "basis", "roots"))
-    return Full(*arrays, age=int(state["age"]), rate=rate)
+        return Diagonal(n)
+    return LowRank(n) if kind == "low_rank" else Full(n, rate)

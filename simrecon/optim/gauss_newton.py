@@ -54,12 +54,12 @@ def residuals(terms: list[Term], roots: list[Array]) -> Array:
     """
     count, frames = len(terms[0].vectors), max(term.vectors.shape[1] for term in terms)
     widths = [int(np.prod(term.vectors.shape[2:])) for term in terms]
-    found, end = np.zeros((count, frames, sum(widths))), 0
+    rows, end = np.zeros((count, frames, sum(widths))), 0
     for term, root, width in zip(terms, roots, widths, strict=True):
         weighted = (root[-term.vectors.shape[1] :] * term.vectors).reshape(count, -1, width)
-        found[:, frames - weighted.shape[1] :, end : end + width] = weighted
+        rows[:, frames - weighted.shape[1] :, end : end + width] = weighted
         end += width
-    return found
+    return rows
 
 
 class Quadratic:

@@ -13,6 +13,9 @@ import numpy as np
 
 from simrecon.types import Array
 
+MEMORY = 10
+"""Pairs of steps and gradient changes that approximate the Hessian."""
+
 Objective = Callable[[Array], tuple[float, Array]]
 
 
@@ -34,7 +37,6 @@ class Minimum:
         loss: at x; inf if no loss was finite.
         evaluations: calls of the objective.
         status: how it ended.
-        message: one line for a log.
         trace: (evaluations,) best loss so far.
     """
 
@@ -42,7 +44,6 @@ class Minimum:
     loss: float
     evaluations: int
     status: Status
-    message: str
     trace: Array
 
 
@@ -53,10 +54,8 @@ def minimize(
     max_evaluations: int,
     ftol_rel: float,
     lower: Array | None = None,
-    upper: Array | None = None,
-    memory: int = 10,
 ) -> Minimum:
-    """Minimise a smooth function from its value and gradient, within bounds if there are any.
+    """Minimise a smooth function from its value and gradient, above bounds if there are any.
 
     A point where the loss or the gradient is not finite counts as far worse than the best, so that the line
     search backs off. An exception of `fun` ends the search and is raised again as it was. The unit of the
@@ -65,12 +64,10 @@ def minimize(
 
     Args:
         fun: x (n,) -> loss, gradient (n,). It gets a copy of its own.
-        x0: (n,) start, within the bounds.
+        x0: (n,) start, not below the bounds.
         max_evaluations: limit on the calls of `fun`.
         ftol_rel: relative change of the loss between two iterations at which the search is done.
         lower: (n,) bounds, -inf = none; or None.
-        upper: (n,) bounds, inf = none; or None.
-        memory: pairs of steps and gradient changes that approximate the Hessian.
 
     Raises:
         ValueError: a shape or a value that can't be used, or a gradient of the wrong shape.
@@ -78,18 +75,17 @@ def minimize(
     x0 = np.array(x0, dtype=np.float64)
     if x0.ndim != 1 or x0.size == 0 or not np.isfinite(x0).all():
         raise ValueError(f"x0: shape {x0.shape}; valid is a finite (n,) array with n >= 1")
-    if max_evaluations < 1 or memory < 1 or not 0 <= ftol_rel < math.inf:
-        given = f"max_evaluations {max_evaluations}, memory {memory}, ftol_rel {ftol_rel}"
-        raise ValueError(f"{given}; valid are >= 1, >= 1 and >= 0")
-    low = _bound("lower", lower, x0.size, -math.inf)
-    high = _bound("upper", upper, x0.size, math.inf)
-    if not ((low <= x0) & (x0 <= high)).all():
-        raise ValueError("x0: outside the bounds; valid is lower <= x0 <= upper")
+    if max_evaluations < 1 or not 0 <= ftol_rel < math.inf:
+        raise ValueError(f"max_evaluations {max_evaluations}, ftol_rel {ftol_rel}; valid are >= 1 and >= 0")
+    low = np.full(x0.size, -math.inf) if lower is None else np.array(lower, dtype=np.float64)
+    if low.shape != x0.shape or np.isnan(low).any():
+        raise ValueError(f"lower: shape {low.shape}; valid is {x0.shape} without NaN")
+    if not (low <= x0).all():
+        raise ValueError("x0: below the bounds; valid is lower <= x0")
 
     optimiser = nlopt.opt(nlopt.LD_LBFGS, x0.size)
     optimiser.set_lower_bounds(low)
-    optimiser.set_upper_bounds(high)
-    optimiser.set_vector_storage(memory)
+    optimiser.set_vector_storage(MEMORY)
     optimiser.set_maxeval(max_evaluations)
     optimiser.set_ftol_rel(ftol_rel)
     # The default (which 0 stands for) stops where the gradient is below 1e-8, whatever the unit of the loss.
@@ -101,9 +97,7 @@ def minimize(
     search.fun = _spent
     if search.error is not None:
         raise search.error
-    status = search.status(code)
-    message = f"{status.value} ({search.evaluations} evaluations, nlopt {code})"
-    return Minimum(search.x, search.loss, search.evaluations, status, message, np.array(search.trace))
+    return Minimum(search.x, search.loss, search.evaluations, search.status(code), np.array(search.trace))
 
 
 @dataclass(eq=False)
@@ -182,10 +176,3 @@ def _run(optimiser: nlopt.opt, x0: Array) -> int:
     with contextlib.suppress(nlopt.RoundoffLimited, nlopt.ForcedStop, nlopt.runtime_error, RuntimeError):
         optimiser.optimize(x0)
     return int(optimiser.last_optimize_result())
-
-
-def _bound(name: str, bound: Array | None, n: int, default: float) -> Array:
-    values = np.full(n, default) if bound is None else np.array(bound, dtype=np.float64)
-    if values.shape != (n,) or np.isnan(values).any():
-        raise ValueError(f"{name}: shape {values.shape}; valid is ({n},) without NaN")
-    return values

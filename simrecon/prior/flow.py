@@ -1,6 +1,6 @@
 """A normalizing flow over body poses (`models/prior/flow.npz`), the prior of Gärtner 2022 eq. 4, in numpy.
 
-Trained by `tools/train_prior.py`. With v the joints' 48 rotation vector components and K layers,
+Trained by `tools/train/prior.py`. With v the joints' 48 rotation vector components and K layers,
 
     x₀ = v − mean,    y = L_k x_{k−1},    x_k = (y₁, exp(α) y₂ + β),    z = x_K
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
-from simrecon.results.folder import check_writable, read, write
+from simrecon.results.folder import check_writable
+from simrecon.results.motion_file import read as read_motion
+from simrecon.results.view import Result, open_result, read_report
+from simrecon.results.writing import write
 
-__all__ = ["check_writable", "read", "write"]
+__all__ = ["Result", "check_writable", "open_result", "read_motion", "read_report", "write"]

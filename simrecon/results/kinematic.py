@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import kinematics
-from simrecon import scene as scenes
-from simrecon.body import known
 from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
 from simrecon.results import folder as folders
+from simrecon.results.view import open_result
 from simrecon.types import Array, Body, Evidence, IntArray, KinematicFit
 
 
@@ -32,12 +31,12 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
     Raises:
         InputError: it is no result folder, or one without its kinematic fit.
     """
-    motion, report, path = folders.read(folder), folders.read_report(folder), Path(folder)
+    result, path = open_result(folder), Path(folder)
+    motion, report, body = result.motion, result.report, result.body
     if motion.kinematic_qpos is None:
         raise InputError(
             f"{path / folders.MOTION}: kinematic_qpos: found none; valid: a result that holds it"
         )
-    body = person(folder)
     on_grid, grid = uniform(motion.times_s)
     bare = replace(
         _clock(motion.times_s),
@@ -49,7 +48,7 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
     qpos = on_clock(motion.times_s, motion.kinematic_qpos[:, : coordinates(body)], on_grid.times_s)
     return bare, KinematicFit(
         body=body,
-        scene=scenes.read(path / folders.SCENE),
+        scene=result.scene,
         camera=None,
         times_s=on_grid.times_s,
         qpos=qpos,
@@ -59,19 +58,6 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
         iterations=0,
         loss={},
     )
-
-
-def person(folder: Path | str) -> Body:
-    """The body of a result; its betas are not known.
-
-    Raises:
-        InputError: the folder has no model or report of a person.
-    """
-    height_m, model = folders.read_report(folder)["person"]["height_m"], Path(folder) / folders.MODEL
-    try:
-        return known.of_mjcf(model.read_text(encoding="utf-8"), height_m)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{model}: can't be read ({error}); valid: a result's model") from error
 
 
 def coordinates(body: Body) -> int:

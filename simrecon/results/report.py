@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,38 +18,28 @@ from simrecon.body import names
 from simrecon.evidence import sides
 from simrecon.geometry import camera as cameras
 from simrecon.io import provenance
+from simrecon.job import Job
 from simrecon.metrics.joints import H36M_HZ, resampled
+from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
+from simrecon.results.folder import MOTION, SCHEMA
+from simrecon.softfloor import Calibration
 from simrecon.types import Array, KinematicFit, Report, WindowResult
-
-if TYPE_CHECKING:
-    from simrecon.pipeline import Reconstruction
-    from simrecon.softfloor import Calibration
-
-SCHEMA = "simrecon.result/1"
 
 _FEET = ("left_foot", "right_foot")
 _FOOT_JOINTS = ("left_ankle", "right_ankle")
 
 
 def make(
-    run: Reconstruction,
-    seconds: dict[str, float],
-    *,
-    input_name: str,
-    plan_name: str,
-    seed: int,
-    threads: int,
+    job: Job, run: Reconstruction, seconds: dict[str, float], calibration: Calibration | None = None
 ) -> Report:
     """Everything about a run that is not in its arrays.
 
     Args:
-        run: the finished run.
+        job: what was asked for.
+        run: what was computed.
         seconds: wall time by stage.
-        input_name: of the file that the evidence was read from.
-        plan_name: of the plan, as the user gave it.
-        seed: of the run.
-        threads: of the simulator, 0 for one per core.
+        calibration: of a soft floor, or None.
 
     Returns:
         By section. What can't be said of this run is None.
@@ -57,11 +48,13 @@ def make(
     sections = {
         "schema": SCHEMA,
         "versions": provenance.versions(),
-        "input": _input(run, input_name),
-        "plan_name": plan_name,
+        "input": _input(run, job),
+        "plan_name": job.plan.name,
         "plan": plans.to_dict(run.problem.plan),
-        "seed": seed,
-        "threads": threads,
+        "planner": job.planner,
+        "engine": job.engine,
+        "seed": job.seed,
+        "threads": job.threads,
         "windows": [_window(result, step_s) for result in run.windows],
         "totals": _totals(run, seconds),
         "person": _person(run.fit),
@@ -74,25 +67,28 @@ def make(
         "metrics": plausibility(run),
         "audit": dataclasses.asdict(run.audit),
     }
+    if calibration is not None:
+        sections["soft_floor"] = _soft_floor(calibration)
     return {key: _plain(value) for key, value in sections.items()}
 
 
-def _input(run: Reconstruction, name: str) -> dict[str, Any]:
+def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
     """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
-    given = run.evidence
+    given, name = run.evidence, job.detected or job.input
+    if job.retarget:
+        name = str(Path(job.input) / MOTION)
     exchanged = sides.find(given).as_dict()
     return {"name": name, "sha256": given.sha256, "reading": given.reading or None, "exchanged": exchanged}
 
 
-def soft_floor(found: Calibration) -> dict[str, Any]:
+def _soft_floor(calibration: Calibration) -> dict[str, Any]:
     """What was found of a compliant floor, and the loss of everything that was tried."""
-    said = {
-        "stiffness_Npm": found.ground.stiffness_Npm,
-        "damping_Nspm": found.ground.damping_Nspm,
-        "at_bound": found.at_bound,
-        "trials": [dataclasses.asdict(trial) for trial in found.trials],
+    return {
+        "stiffness_Npm": calibration.ground.stiffness_Npm,
+        "damping_Nspm": calibration.ground.damping_Nspm,
+        "at_bound": calibration.at_bound,
+        "trials": [dataclasses.asdict(trial) for trial in calibration.trials],
     }
-    return dict(_plain(said))
 
 
 def plausibility(run: Reconstruction) -> dict[str, float | None]:
@@ -173,6 +169,7 @@ def _totals(run: Reconstruction, seconds: dict[str, float]) -> dict[str, Any]:
     return {
         "seconds": seconds,
         "wall_s": wall_s,
+        "cpu_s": run.cpu_s,
         "video_s": video_s,
         "seconds_per_second": wall_s / video_s,
         "stepping_share": stepping_s / simulation_s if simulation_s > 0 else None,

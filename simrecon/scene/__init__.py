@@ -1,23 +1,24 @@
-"""Floor and things of `scene.toml`: files, geometry, and the MJCF of a person among them.
+"""Floor and items of `scene.toml`: files, geometry, and the MJCF of a person among them.
 
-kinds     what things there are, and their parameters (models/scene/kinds.toml)
-files     scene.toml ↔ Scene
-parts     a thing's solid shapes and sprung sheets; meshes: from files
+kinds     what items there are, and their parameters (models/scene/kinds.toml)
+files     scene.toml ↔ Scene; schema: its tables
+parts     an item's solid shapes and sprung sheets; meshes: from files
 geometry  heights and distances, for the kinematic fit
 mjcf      person and scene for MuJoCo
 """
 
-from simrecon.scene.files import FIT, dumps, item, parse, read, write
+from simrecon.scene.files import dumps, parse, read, write
 from simrecon.scene.geometry import distances, nearby, support_height
-from simrecon.scene.mjcf import GROUND_GEOM, ITEM_PREFIX, build, owner
+from simrecon.scene.mjcf import GROUND_GEOM, ITEM_PREFIX, build, hard_floor, owner
+from simrecon.scene.schema import item
 
 __all__ = [
-    "FIT",
     "GROUND_GEOM",
     "ITEM_PREFIX",
     "build",
     "distances",
     "dumps",
+    "hard_floor",
     "item",
     "nearby",
     "owner",

@@ -1,18 +1,25 @@
-"""The kinds of things, as data (models/scene/kinds.toml), and the checks of their parameters."""
+"""The kinds of items, as data (models/scene/kinds.toml), and the checks of their parameters."""
 
 from __future__ import annotations
 
-import difflib
 import functools
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from simrecon import resources
 from simrecon.errors import InputError
+from simrecon.io import values
 from simrecon.types import Value
 
 LARGEST_M = 1000.0
+_TYPES = {
+    "number": float,
+    "vector": tuple[float, float, float],
+    "count": int,
+    "flag": bool,
+    "text": str,
+}
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of thing."""
+    """One kind of item."""
 
     name: str
     about: str
@@ -51,11 +58,11 @@ class Kind:
 @functools.cache
 def table() -> dict[str, Kind]:
     """All kinds by name."""
-    found = {}
+    kinds = {}
     for name, entry in resources.toml("models", "scene", "kinds.toml").items():
-        parameters = tuple(_parameter(key, given) for key, given in entry["parameters"].items())
-        found[name] = Kind(name, entry["about"], entry.get("movable", False), parameters)
-    return found
+        parameters = tuple(_parameter(key, rules) for key, rules in entry["parameters"].items())
+        kinds[name] = Kind(name, entry["about"], entry.get("movable", False), parameters)
+    return kinds
 
 
 def _parameter(name: str, entry: Mapping[str, Any]) -> Parameter:
@@ -79,119 +86,36 @@ def kind(name: str, where: str) -> Kind:
     """
     if name not in table():
         raise InputError(
-            f"{where} kind {name!r} is unknown{hint(name, table())}; valid: {', '.join(table())}"
+            f"{where} kind {name!r} is unknown{values.hint(name, table())}; valid: {', '.join(table())}"
         )
     return table()[name]
 
 
-def parameters(of: Kind, given: Mapping[str, Any], where: str) -> dict[str, Value]:
+def parameters(kind: Kind, table: Mapping[str, Any], where: str) -> dict[str, Value]:
     """All parameters of an item of a kind, checked, with defaults for what is left out.
 
     Raises:
-        InputError: one is missing, unknown or out of its range.
+        InputError: one is missing or out of its range.
     """
-    found: dict[str, Value] = {}
-    for parameter in of.parameters:
-        if parameter.name in given:
-            found[parameter.name] = value(given[parameter.name], parameter, where)
+    result: dict[str, Value] = {}
+    for parameter in kind.parameters:
+        if parameter.name in table:
+            result[parameter.name] = value(parameter, table[parameter.name], where)
         elif parameter.default is not None:
-            found[parameter.name] = parameter.default
+            result[parameter.name] = parameter.default
         else:
-            needed = ", ".join(p.name for p in of.parameters if p.default is None)
+            needed = ", ".join(entry.name for entry in kind.parameters if entry.default is None)
             raise InputError(f"{where} lacks the key {parameter.name!r}; needed: {needed}")
-    return found
+    return result
 
 
-def value(given: Any, parameter: Parameter, where: str) -> Value:
-    """A value given for a parameter, checked.
+def value(parameter: Parameter, value: Any, where: str) -> Value:
+    """The value of a parameter, checked.
 
     Raises:
         InputError: it is of another type or out of its range.
     """
-    name = parameter.name
-    if parameter.type == "flag":
-        if not isinstance(given, bool):
-            raise InputError(f"{where} {name} must be true or false, found {given!r}")
-        return given
-    if parameter.type == "text":
-        return _text(given, parameter, where)
-    if parameter.type == "vector":
-        return vector(given, name, where, parameter.low, parameter.high)
-    if parameter.type == "count":
-        if (
-            isinstance(given, bool)
-            or not isinstance(given, int)
-            or not parameter.low <= given <= parameter.high
-        ):
-            rule = f"a whole number from {parameter.low:g} to {parameter.high:g}"
-            raise InputError(f"{where} {name} must be {rule}, found {given!r}")
-        return given
-    return number(given, name, where, parameter.low, parameter.high, parameter.above)
-
-
-def _text(given: Any, parameter: Parameter, where: str) -> str:
-    if not isinstance(given, str) or not given.strip() or not given.isprintable():
-        raise InputError(f"{where} {parameter.name} must be text in quotes, found {given!r}")
-    if parameter.valid and given not in parameter.valid:
-        valid = ", ".join(parameter.valid)
-        raise InputError(
-            f"{where} {parameter.name} {given!r} is unknown{hint(given, parameter.valid)}; valid: {valid}"
-        )
-    return given
-
-
-def number(given: Any, name: str, where: str, low: float, high: float, above: bool = False) -> float:
-    """A number within its bounds.
-
-    Raises:
-        InputError: it is none, or out of them.
-    """
-    found = _as_float(given)
-    if found is None or not low <= found <= high or (above and found == low):
-        rule = f"above {low:g} and at most {high:g}" if above else f"from {low:g} to {high:g}"
-        raise InputError(f"{where} {name} must be a number {rule}, found {given!r}")
-    return found
-
-
-def vector(
-    given: Any, name: str, where: str, above: float = -LARGEST_M, high: float = LARGEST_M
-) -> tuple[float, float, float]:
-    """Three numbers within bounds.
-
-    Raises:
-        InputError: they are not.
-    """
-    values = [_as_float(entry) for entry in given] if isinstance(given, list | tuple) else []
-    numbers = [entry for entry in values if entry is not None and above < entry <= high]
-    if len(values) != 3 or len(numbers) != 3:
-        rule = f"above {above:g} and at most {high:g}"
-        raise InputError(f"{where} {name} must be three numbers [x, y, z] {rule}, found {given!r}")
-    return numbers[0], numbers[1], numbers[2]
-
-
-def check_keys(
-    where: str, given: Mapping[str, Any], valid: Collection[str], required: Collection[str] = ()
-) -> None:
-    """Check that a table holds what it must and nothing else.
-
-    Raises:
-        InputError: it doesn't; the message lists what is valid.
-    """
-    for key in given:
-        if key not in valid:
-            raise InputError(f"{where} unknown key {key!r}{hint(key, valid)}; valid: {', '.join(valid)}")
-    for key in required:
-        if key not in given:
-            raise InputError(f"{where} lacks the key {key!r}; needed: {', '.join(required)}")
-
-
-def hint(word: str, valid: Collection[str]) -> str:
-    """`, did you mean …?` where a valid word is close."""
-    close = difflib.get_close_matches(word, valid, n=1)
-    return f", did you mean {close[0]!r}?" if close else ""
-
-
-def _as_float(given: Any) -> float | None:
-    if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) < 1e300:
-        return None
-    return float(given)
+    rules: dict[str, Any] = {"high": parameter.high, "line": True, "choices": parameter.valid}
+    rules["above" if parameter.above else "low"] = parameter.low
+    result: Value = values.value_of(_TYPES[parameter.type], rules, value, f"{where} {parameter.name}")
+    return result

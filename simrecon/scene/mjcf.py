@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from simrecon.errors import InputError
-from simrecon.scene import files, parts
+from simrecon.scene import parts
 from simrecon.scene.parts import Part, Sheet
 from simrecon.types import Friction, Ground, Scene, SceneItem
 
@@ -98,9 +99,16 @@ def spring_damping_Nspm(
 
 def slab_kg(ground: Ground, timestep_s: float) -> float:
     """Mass of a compliant floor: light, but stable on its own with the damping asked for."""
-    stiffness, damping = float(ground.stiffness_Npm or 0.0), ground.damping_Nspm or 0.0
+    stiffness, damping = ground.stiffness_Npm or 0.0, ground.damping_Nspm or 0.0
     needed = (timestep_s**2 * stiffness - 2 * timestep_s * damping) / 4
     return min(max(_SLAB_LEAST_KG, 1.1 * needed), _SLAB_MOST_KG)
+
+
+def hard_floor(scene: Scene) -> Scene:
+    """The scene with a hard floor where its stiffness is still to be found; another as it is."""
+    if not scene.ground.calibrate:
+        return scene
+    return replace(scene, ground=replace(scene.ground, calibrate=False))
 
 
 def _contact(friction: Friction) -> dict[str, Any]:
@@ -128,15 +136,15 @@ def _add_ground(spec: mujoco.MjSpec, ground: Ground, timestep_s: float, load_kg:
     pose: dict[str, Any] = {"pos": [0.0, 0.0, ground.height_m]}
     if ground.slope_rad:
         pose["quat"] = _sloped(ground)
+    if ground.calibrate:
+        raise InputError('[ground] stiffness_Npm = "fit" is found by `simrecon run`; give a number here')
     if ground.stiffness_Npm is None:
         plane = {"type": _GEOM.mjGEOM_PLANE, "size": [0.0, 0.0, 0.05]}
         spec.worldbody.add_geom(name=GROUND_GEOM, **plane, **pose, **_contact(ground.friction))
         return
-    if ground.stiffness_Npm == files.FIT:
-        raise InputError('[ground] stiffness_Npm = "fit" is found by `simrecon run`; give a number here')
     mass = slab_kg(ground, timestep_s)
     body = spec.worldbody.add_body(name=GROUND_GEOM, gravcomp=_GRAVITY_COMPENSATED, **pose)
-    stiffness, damping = float(ground.stiffness_Npm), ground.damping_Nspm or 0.0
+    stiffness, damping = ground.stiffness_Npm, ground.damping_Nspm or 0.0
     body.add_joint(
         name=GROUND_GEOM,
         type=mujoco.mjtJoint.mjJNT_SLIDE,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon.geometry import rotations
-from simrecon.scene import files, geometry
+from simrecon.scene import geometry, schema
 from simrecon.types import Array, Body, Scene, SceneItem
 
 # What counts as rest, and as held up by something else than the feet.
@@ -194,7 +194,7 @@ def _seat(
         f"the pelvis {how} {len(spans)} time{'s' if len(spans) > 1 else ''}, {seconds:.1f} s in all, "
         f"with its underside {height:.2f} m over the floor"
     )
-    return Suggestion(files.item(table, "suggestion"), why, tuple(spans))
+    return Suggestion(schema.item(table, "suggestion"), why, tuple(spans))
 
 
 def _stands(motion: _Motion, scene: Scene) -> list[Suggestion]:
@@ -270,4 +270,4 @@ def _stand(
         f"{low:.0f} to {high:.0f} mm over what is known to be under it"
     )
     spans = tuple(sorted((a, b) for _, _, a, b in group))
-    return Suggestion(files.item(table, "suggestion"), why, spans)
+    return Suggestion(schema.item(table, "suggestion"), why, spans)

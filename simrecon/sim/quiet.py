@@ -21,3 +21,14 @@ def unlogged() -> Iterator[None]:
         yield
     finally:
         before.set()
+
+
+@contextlib.contextmanager
+def unwarned() -> Iterator[None]:
+    """Keep MuJoCo from printing the warnings of this process, and from logging them in a file here."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)

@@ -53,7 +53,25 @@ def simulate(model: mujoco.MjModel, state: Array, ctrl: Array) -> Array:
 
 
 def component(model: mujoco.MjModel, states: Array, which: mujoco.mjtState) -> Array:
-    """One component, such as `mjSTATE_QPOS`, of full states (..., nstate)."""
+    """One component, such as `mjSTATE_QPOS`, of full states (..., nstate): a view."""
     bit = int(which)
     start = mujoco.mj_stateSize(model, STATE & (bit - 1))
     return states[..., start : start + mujoco.mj_stateSize(model, bit)]
+
+
+def qpos_of(model: mujoco.MjModel, states: Array) -> Array:
+    """Configurations (..., nq) of full states (..., nstate): a view."""
+    return component(model, states, mujoco.mjtState.mjSTATE_QPOS)
+
+
+def qvel_of(model: mujoco.MjModel, states: Array) -> Array:
+    """Velocities (..., nv) of full states (..., nstate): a view."""
+    return component(model, states, mujoco.mjtState.mjSTATE_QVEL)
+
+
+def displace(model: mujoco.MjModel, states: Array, pose: Array, velocity: Array) -> None:
+    """Move full states (P, nstate), in place, by offsets of pose and velocity, (P, nv) each."""
+    velocities = qvel_of(model, states)
+    velocities += velocity
+    for row, offset in zip(qpos_of(model, states), np.ascontiguousarray(pose), strict=True):
+        mujoco.mj_integratePos(model, row, offset, 1.0)

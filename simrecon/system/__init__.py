@@ -1,1 +1,1 @@
-"""What the machine offers: cores, threads of linear algebra, memory, a terminal."""
+"""What the machine offers: cores, threads of linear algebra, memory, locks, signals, a terminal."""

@@ -12,7 +12,7 @@ from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
 from simrecon.types.evidence import Evidence
 from simrecon.types.motion import Motion, Report
-from simrecon.types.reference import KinematicFit
+from simrecon.types.reference import KinematicFit, Reference
 from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
 from simrecon.types.window import Effort, Handover, Window, WindowResult, WindowStatus
 
@@ -30,6 +30,7 @@ __all__ = [
     "Lens",
     "Motion",
     "Primitive",
+    "Reference",
     "Report",
     "Scene",
     "SceneItem",

@@ -39,3 +39,29 @@ class KinematicFit:
     interpolated: NDArray[np.bool_]
     iterations: int
     loss: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the simulation is asked to do: the kinematic fit, or what a planner made of it.
+
+    Attributes:
+        planner: name of the planner.
+        times_s: (T,) uniform.
+        qpos: (T, nq) root position, root quaternion, joint quaternions.
+        com_m: (T, 3).
+        contact_names: C contact points, none where the planner knows of no contacts.
+        contact: (T, C) probability that a contact point touches, or None.
+        contact_force_N: (T, C, 3) force of the scene on it, or None.
+        root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
+            zero obeys dynamics; None where the planner knows no dynamics.
+    """
+
+    planner: str
+    times_s: Array
+    qpos: Array
+    com_m: Array
+    contact_names: tuple[str, ...] = ()
+    contact: Array | None = None
+    contact_force_N: Array | None = None
+    root_wrench: Array | None = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 
 @dataclass(frozen=True)
@@ -31,15 +30,16 @@ class Ground:
         friction: of its surface.
         slope_rad: angle with the horizontal; slope_yaw_rad: direction in which it rises, from +x.
         stiffness_Npm, damping_Nspm: of a compliant floor, which sinks as a whole; None: hard.
-            `"fit"`: to be found from the clip, see `simrecon.softfloor`.
+        calibrate: stiffness and damping are to be found from the clip, see `simrecon.softfloor`.
     """
 
     height_m: float = 0.0
     friction: Friction = Friction()
     slope_rad: float = 0.0
     slope_yaw_rad: float = 0.0
-    stiffness_Npm: float | Literal["fit"] | None = None
+    stiffness_Npm: float | None = None
     damping_Nspm: float | None = None
+    calibrate: bool = False
 
 
 Value = float | int | bool | str | tuple[float, float, float]
@@ -48,7 +48,7 @@ Value = float | int | bool | str | tuple[float, float, float]
 
 @dataclass(frozen=True)
 class SceneItem:
-    """A thing that the person may touch; kinds and their parameters are in models/scene/kinds.toml.
+    """What the person may touch; kinds and their parameters are in models/scene/kinds.toml.
 
     Attributes:
         name: unique.
@@ -57,7 +57,7 @@ class SceneItem:
         parameters: of its kind, all of them.
         yaw_rad: about z.
         friction: of its surface.
-        mass_kg: of a movable thing; None: fixed.
+        mass_kg: of a movable item; None: fixed.
     """
 
     name: str
@@ -71,7 +71,7 @@ class SceneItem:
 
 @dataclass(frozen=True)
 class Scene:
-    """Floor and things of `scene.toml`; files that items name lie in `folder`."""
+    """Floor and items of `scene.toml`; files that items name lie in `folder`."""
 
     ground: Ground = field(default_factory=Ground)
     items: tuple[SceneItem, ...] = ()

@@ -1,4 +1,4 @@
-"""A short version of tools/chaos_batch.py."""
+"""A short version of tools/bench/chaos_batch.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-CHECKOUT = Path(__file__).resolve().parents[2]
+from tools import CHECKOUT
 
 
 @pytest.mark.slow
@@ -18,7 +18,7 @@ def test_killed_at_random_the_results_have_the_same_bits(inputs: Path, plan: str
     text = Path(plan).read_text(encoding="utf-8").replace("population = 12", "population = 40")
     slow = tmp_path / "plan.toml"
     slow.write_text(text.replace("generations = 12", "generations = 60"), encoding="utf-8")
-    command = [sys.executable, str(CHECKOUT / "tools" / "chaos_batch.py"), str(inputs), "-o", str(tmp_path)]
+    command = [sys.executable, "-m", "tools.bench.chaos_batch", str(inputs), "-o", str(tmp_path)]
     done = subprocess.run(
         [*command, "--kills", "6", "--plan", str(slow), "--span", "8"],
         env={**os.environ, "PYTHONPATH": str(CHECKOUT)},

@@ -48,8 +48,8 @@ def test_scenes_and_videos_are_found_by_name(tmp_path: Path) -> None:
     a, b = clips.collect(
         [str(tmp_path / "in")], scene_folder=str(tmp_path / "scenes"), video_folder=str(tmp_path / "videos")
     )
-    assert (a.scene, a.video) == (str(tmp_path / "scenes" / "a.toml"), None)
-    assert (b.scene, b.video) == (None, str(tmp_path / "videos" / "b.mov"))
+    assert (a.scene, a.options.get("video")) == (str(tmp_path / "scenes" / "a.toml"), None)
+    assert (b.scene, b.options.get("video")) == (None, str(tmp_path / "videos" / "b.mov"))
 
 
 def test_a_manifest_of_toml(tmp_path: Path) -> None:
@@ -61,10 +61,13 @@ def test_a_manifest_of_toml(tmp_path: Path) -> None:
         '[[clip]]\ninput = "a.npz"\nname = "third"\nperson_at = "640,360"\nmodel = "full"\n',
         encoding="utf-8",
     )
-    first, second, third = clips.collect([str(tmp_path / "night.toml")], plan="flips")
-    assert (third.person_at, third.model) == ("640,360", "full")
-    assert (first.name, first.mass_kg, first.seed, first.plan) == ("first", 60.5, 3, "flips")
-    assert (second.name, second.mass_kg, second.plan, second.person) == ("b", 70, "quick", "2")
+    first, second, third = clips.collect([str(tmp_path / "night.toml")], {"plan": "flips", "fps": 25.0})
+    assert (first.name, first.plan) == ("first", "flips")
+    assert first.options == {"fps": 25.0, "mass_kg": 60.5, "seed": 3}
+    assert (second.name, second.plan) == ("b", "quick")
+    assert second.options == {"fps": 25.0, "mass_kg": 70, "person": "2"}
+    assert third.options["person_at_px"] == (640.0, 360.0)
+    assert third.options["model"] == "full"
     assert first.scene == second.scene == str(tmp_path / "chair.toml")
 
 
@@ -72,7 +75,7 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
     touch(tmp_path, "a.npz", "b.npz")
     (tmp_path / "night.csv").write_text("input, mass_kg, up\na.npz, 61,\nb.npz,, -y\n", encoding="utf-8")
     a, b = clips.collect([str(tmp_path / "night.csv")])
-    assert (a.mass_kg, a.up, b.mass_kg, b.up) == (61, None, None, "-y")
+    assert (a.options, b.options) == ({"mass_kg": 61}, {"up": "-y"})
 
 
 @pytest.mark.parametrize(
@@ -83,7 +86,7 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
         ('[[clip]]\ninput = "a.npz"\nmass_kg = 3\n', "mass_kg must be a number from"),
         ('[[clip]]\ninput = "a.npz"\nseed = 1.5\n', "seed must be a whole number"),
         ('[[clip]]\ninput = "a.npz"\nup = "w"\n', "up must be one of x, y, z"),
-        ('[[clip]]\ninput = "a.npz"\nperson_at = "7"\n', "person_at must be x,y in pixels"),
+        ('[[clip]]\ninput = "a.npz"\nperson_at = "7"\n', "person_at_px must be a list of two numbers"),
         ('[[clip]]\ninput = "a.npz"\nmodel = "big"\n', "model must be one of heavy, full"),
         ('[[clip]]\ninput = "a.npz"\nscene = "none.toml"\n', "scene: found no file"),
         ('[[clip]]\ninput = "a.npz"\nname = "a/b"\n', "valid: a file name such as 'a_b'"),

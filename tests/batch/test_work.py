@@ -12,24 +12,24 @@ import pytest
 
 from simrecon import evidence, pipeline, resources, results
 from simrecon import plan as plans
-from simrecon.batch import failures, journal, work
-from simrecon.batch import inputs as given
+from simrecon.batch import failures, journal, survey, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
-from simrecon.batch.work import Job
+from simrecon.batch.work import Assignment
 from simrecon.engines import checkpoint
 from simrecon.errors import InputError
 from simrecon.io.provenance import code_digest
+from simrecon.job import Job
 from simrecon.types import Scene
 
 
 @pytest.fixture
-def job(inputs: Path, plan: str, tmp_path: Path) -> Job:
+def job(inputs: Path, plan: str, tmp_path: Path) -> Assignment:
     """One clip of a batch that is at work in `tmp_path`."""
     clip = Clip("one", str(inputs / "one.npz"), plan)
     (tmp_path / ".batch").mkdir()
     journal.write_json(Places(tmp_path).lock, {"run": "me"})
-    return Job(clip, str(tmp_path), "me", given.survey(clip)["key"], code_digest())
+    return Assignment(clip, str(tmp_path), "me", survey.survey(clip)["key"], code_digest())
 
 
 @pytest.fixture(scope="session")
@@ -37,9 +37,9 @@ def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactor
     """The bytes of `motion.npz` of the same clip without any batch."""
     folder = tmp_path_factory.mktemp("undisturbed") / "one"
     made = pipeline.reconstruct(
-        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), seed=0, threads=1
+        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), pipeline.Setup(threads=1)
     )
-    results.write(folder, made, plan_name=plan, seed=0)
+    results.write(Job(str(inputs / "one.npz"), str(folder), plan=plans.read(plan)), made)
     return (folder / "motion.npz").read_bytes()
 
 
@@ -49,7 +49,7 @@ def split(told: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[s
     return stages, [event for event in told if event["event"] != "stage"]
 
 
-def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Job, undisturbed: bytes) -> None:
+def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Assignment, undisturbed: bytes) -> None:
     places, told = Places(Path(job.root)), []
     said = work.solve(job, threads=1, tell=told.append)
     stages, told = split(told)
@@ -66,7 +66,7 @@ def test_a_clip_becomes_a_result_with_the_bits_of_a_plain_run(job: Job, undistur
     assert f"window {windows} of {windows}" in places.log("one").read_text(encoding="utf-8")
 
 
-def test_stopped_after_each_window_it_has_the_same_bits(job: Job, undisturbed: bytes) -> None:
+def test_stopped_after_each_window_it_has_the_same_bits(job: Assignment, undisturbed: bytes) -> None:
     starts = []
     for _ in range(50):
         told: list[dict[str, Any]] = []
@@ -80,12 +80,12 @@ def test_stopped_after_each_window_it_has_the_same_bits(job: Job, undisturbed: b
     assert (Path(job.root) / "one" / "motion.npz").read_bytes() == undisturbed
 
 
-def test_it_ends_when_another_batch_has_taken_the_folder(job: Job) -> None:
+def test_it_ends_when_another_batch_has_taken_the_folder(job: Assignment) -> None:
     journal.write_json(Places(Path(job.root)).lock, {"run": "another"})
     assert work.solve(job, threads=1)["kind"] == "stopped"
 
 
-def test_what_a_killed_worker_left_half_done_is_removed(job: Job) -> None:
+def test_what_a_killed_worker_left_half_done_is_removed(job: Assignment) -> None:
     root = Path(job.root)
     debris = [root / ".one.77.partial", root / ".one.77.earlier", root / ".batch/checkpoints/one/old"]
     others = [root / ".one.b.77.partial", root / ".one_b.77.partial"]
@@ -97,13 +97,13 @@ def test_what_a_killed_worker_left_half_done_is_removed(job: Job) -> None:
     assert all(path.exists() for path in others)
 
 
-def test_another_version_refuses(job: Job) -> None:
+def test_another_version_refuses(job: Assignment) -> None:
     said = work.solve(replace(job, code="other"), threads=1)
     assert "another version of simrecon" in said["message"]
 
 
 def test_a_clip_that_cannot_be_read_is_one_line(inputs: Path, plan: str) -> None:
-    said = given.survey(Clip("broken", str(inputs / "broken.npz"), plan))
+    said = survey.survey(Clip("broken", str(inputs / "broken.npz"), plan))
     assert (said["name"], said["kind"]) == ("broken", "input")
     assert "broken.npz" in said["message"]
     assert "\n" not in said["message"]
@@ -127,19 +127,19 @@ def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str,
     other.write_text(text.replace("generations = 12", "generations = 13"), encoding="utf-8")
     copy = tmp_path / "copy.toml"
     copy.write_text(text, encoding="utf-8")
-    key = given.survey(clip)["key"]
+    key = survey.survey(clip)["key"]
     changes: tuple[dict[str, Any], ...] = (
-        {"input": str(inputs / "two.npz")}, {"plan": str(other)}, {"scene": str(scene)}, {"seed": 1},
-        {"mass_kg": 70.0},
+        {"input": str(inputs / "two.npz")}, {"plan": str(other)}, {"scene": str(scene)},
+        {"options": {"seed": 1}}, {"options": {"mass_kg": 70.0}},
     )  # fmt: skip
-    keys = [given.survey(replace(clip, **change))["key"] for change in changes]
+    keys = [survey.survey(replace(clip, **change))["key"] for change in changes]
     assert len({key, *keys}) == 1 + len(changes)
-    assert given.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
+    assert survey.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
 
 
-def test_a_fall_is_found(job: Job) -> None:
+def test_a_fall_is_found(job: Assignment) -> None:
     work.solve(job, threads=1)
-    motion = results.read(Path(job.root) / "one")
+    motion = results.read_motion(Path(job.root) / "one")
     assert not work.fell(motion)
     low = motion.qpos.copy()
     low[5:8, 2] -= 0.5  # 50 ms: a slip of the fit
@@ -149,12 +149,12 @@ def test_a_fall_is_found(job: Job) -> None:
 
 
 def test_a_piece_tells_what_a_clip_costs(inputs: Path, plan: str, tmp_path: Path) -> None:
-    said = given.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
+    said = survey.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
     assert all(value > 0 for value in said.values())
     assert set(said) == {"kinematics_s", "first_s", "window_s", "bytes", "fixed_bytes"}
 
 
-def test_a_damaged_checkpoint_is_solved_again(job: Job, undisturbed: bytes) -> None:
+def test_a_damaged_checkpoint_is_solved_again(job: Assignment, undisturbed: bytes) -> None:
     root = Path(job.root)
     for _ in range(2):
         work.solve(job, threads=1, stop=lambda: True)
@@ -169,18 +169,22 @@ def test_a_damaged_checkpoint_is_solved_again(job: Job, undisturbed: bytes) -> N
     assert not second.exists()
 
 
-def test_a_checkpoint_of_another_problem_is_not_used(job: Job, tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_problem_is_not_used(job: Assignment, tmp_path: Path) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read = evidence.read(job.clip.input)
     settings = plans.read(job.clip.plan)
-    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
     assert store.restore("0" * 64, [window.window for window in made.windows]) == []
 
 
-def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(job: Job, tmp_path: Path) -> None:
+def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(
+    job: Assignment, tmp_path: Path
+) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    first, second = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store).windows[:2]
+    first, second = pipeline.reconstruct(
+        read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store)
+    ).windows[:2]
     (digest,) = {path.name for path in (tmp_path / "kept").iterdir()}
     windows = [first.window, second.window]
     whole = store.digest
@@ -190,11 +194,11 @@ def test_a_checkpoint_that_does_not_go_on_from_the_one_before_is_not_used(job: J
     assert len(store.restore(whole, windows)) == 1
 
 
-def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> None:
+def test_a_checkpoint_holds_everything_of_a_window(job: Assignment, tmp_path: Path) -> None:
     store = checkpoint.Folder(tmp_path / "kept")
     read, settings = evidence.read(job.clip.input), plans.read(job.clip.plan)
-    made = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
-    again = pipeline.reconstruct(read, Scene(), settings, threads=1, checkpoint=store)
+    made = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
+    again = pipeline.reconstruct(read, Scene(), settings, pipeline.Setup(threads=1, checkpoint=store))
     for before, after in zip(made.windows, again.windows, strict=True):
         for item in dataclasses.fields(before):
             a, b = getattr(before, item.name), getattr(after, item.name)
@@ -207,16 +211,17 @@ def test_a_checkpoint_holds_everything_of_a_window(job: Job, tmp_path: Path) -> 
     assert again.seconds["simulation"] >= sum(window.seconds for window in made.windows)
 
 
-def test_stages_are_told_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stages_are_told_now_and_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(work.time, "monotonic", lambda: now[0])
     told: list[dict[str, Any]] = []
-    stages = work._Stages("a", told.append)
+    clip = Assignment(Clip("a", "a.mp4"), str(tmp_path), "me", "key", "code")
+    watcher = work._Watcher(Places(tmp_path), clip, told.append, lambda: False)
     for done in range(100):
         now[0] += 1.0
-        stages("landmarks", done, 100)
-    stages("kinematic fit", 0.0, 3.0)
-    stages("simulation", 0.0, 3.0)
+        watcher.stage("landmarks of a.mp4", done, 100)
+    watcher.stage("kinematic fit", 0.0, 3.0)
+    watcher.stage("simulation", 0.0, 3.0)
     assert [(event["stage"], event["part"]) for event in told[:3]] == [
         ("landmarks", 0.0), ("landmarks", 0.1), ("landmarks", 0.2),
     ]  # fmt: skip
@@ -228,11 +233,14 @@ def test_the_networks_are_part_of_a_video_s_key(
     inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path))
-    video = Clip("v", str(resources.folder("example") / "beam.mp4"), "quick", fov_deg=40.0)
-    said = given.survey(video)
+    video = Clip("v", str(resources.folder("example") / "beam.mp4"), "quick", options={"fov_deg": 40.0})
+    said = survey.survey(video)
     assert said["kind"] == "input"
     assert "fetch them: simrecon models fetch" in said["message"]
-    monkeypatch.setattr(given.weights, "find", lambda name: (Path(name), f"hash of {name}"))
-    keys = [given.survey(replace(video, model=model))["key"] for model in (None, "heavy", "full")]
+    monkeypatch.setattr(survey.weights, "find", lambda name: (Path(name), f"hash of {name}"))
+    keys = [
+        survey.survey(replace(video, options={**video.options, **model}))["key"]
+        for model in ({}, {"model": "heavy"}, {"model": "full"})
+    ]
     assert keys[0] != keys[1] != keys[2]
-    assert given._networks(Clip("one", str(inputs / "one.npz"))) == []
+    assert survey._networks(Job(str(inputs / "one.npz"), "out")) == []

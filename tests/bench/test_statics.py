@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from simrecon.bench import runner, statics, suite
+from simrecon.bench import runner, schema, statics, suite
 
 
 @pytest.mark.parametrize("check", suite.read("contact").check, ids=lambda check: check.name)
-def test_the_checks_of_the_suite_are_met(check: suite.Check) -> None:
+def test_the_checks_of_the_suite_are_met(check: schema.Check) -> None:
     found = runner.checked(check)
     assert found["met"], found
     assert abs(found["error_pct"]) <= check.within_pct
@@ -16,8 +16,8 @@ def test_the_checks_of_the_suite_are_met(check: suite.Check) -> None:
 
 def test_a_check_that_is_off_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(statics.CHECKS, "sink", lambda **_: statics.Measured(1.03, 1.0, "m"))
-    assert not runner.checked(suite.Check("a", "sink", 2.0, {}))["met"]
-    assert runner.checked(suite.Check("a", "sink", 3.5, {}))["met"]
+    assert not runner.checked(schema.Check("a", "sink", 2.0, {}))["met"]
+    assert runner.checked(schema.Check("a", "sink", 3.5, {}))["met"]
 
 
 def test_a_person_who_sits_leans_on_seat_and_floor() -> None:

@@ -16,11 +16,14 @@ import pytest
 
 import simrecon
 from simrecon import cli, evidence, metrics, replay, resources, results
-from simrecon.engines.sampling.search import Sampler
+from simrecon.engines.sampling.sampler import Sampler
 from simrecon.evaluation import scores
 from simrecon.evidence import sides
+from simrecon.job import Job
+from simrecon.job import inputs as inputs_of_jobs
 from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.results import report
+from simrecon.sim.quiet import unwarned
 from simrecon.types import Evidence, Window, WindowResult, WindowStatus
 
 EXAMPLE = resources.folder("example")
@@ -80,7 +83,7 @@ def test_run_writes_a_result_and_says_what(
     assert cli.main(arguments(inputs, out, "--video", video, "--seed", "3", *person)) == 0
     shown = capsys.readouterr()
     files = sorted(path.name for path in out.iterdir())
-    assert files == ["model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
+    assert files == ["job.toml", "model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
     lines = dict(line.split(maxsplit=1) for line in shown.out.splitlines())
     assert lines["frames"] == f"{FRAMES} of {FRAMES} simulated"
     assert re.fullmatch(r"[\d.]+, mean of the windows", lines["loss"])
@@ -109,7 +112,7 @@ def test_sides_that_were_mixed_up_are_said(
 
 
 def test_the_result_replays_in_plain_mujoco(result: Path) -> None:
-    motion = results.read(result)
+    motion = results.read_motion(result)
     model = mujoco.MjModel.from_xml_path(str(result / "model.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, motion.state0, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -141,7 +144,7 @@ def test_fallback_is_said_and_exits_with_3(
 ) -> None:
     failing_from_the_second_window(monkeypatch)
     assert cli.main(arguments(inputs, tmp_path / "out")) == 3
-    fallback = int((results.read(tmp_path / "out").status == replay.FALLBACK).sum())
+    fallback = int((results.read_motion(tmp_path / "out").status == replay.FALLBACK).sum())
     assert 0 < fallback < FRAMES
     expected = f"{FRAMES - fallback} of {FRAMES} simulated, {fallback} on kinematic fallback"
     assert expected in capsys.readouterr().out
@@ -218,25 +221,23 @@ def test_an_error_on_a_terminal_has_a_line_of_its_own(
 
 def test_the_simulators_own_warnings_are_off_only_meanwhile(capfd: pytest.CaptureFixture[str]) -> None:
     before = mujoco.get_mju_user_warning()
-    with cli._quiet_simulator():
+    with unwarned():
         mujoco.get_mju_user_warning()("unstable")
     assert mujoco.get_mju_user_warning() is before
     assert capfd.readouterr() == ("", "")
 
 
-def test_names_in_any_case(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_names_in_any_case(inputs: Path, tmp_path: Path) -> None:
     given = evidence.read(inputs / "clip.npz")
     other = {"left_hip": "LHip", "right_hip": "RHip", "nose": "Nose"}
     renamed = tuple(other.get(name, name) for name in given.keypoint_names)
     evidence.write(tmp_path / "clip.npz", replace(given, keypoint_names=renamed))
-    passed: list[Evidence] = []
-    monkeypatch.setattr(cli.run, "_make", lambda _, found, *__, **___: passed.append(found) or 0)
-    assert cli.main(["run", str(tmp_path / "clip.npz"), "-o", "out"]) == 0
-    assert passed[0].keypoint_names == renamed
+    seen = inputs_of_jobs.observe(Job(str(tmp_path / "clip.npz"), "out"))
+    assert seen.keypoint_names == renamed
 
 
 def write_truth(path: Path, folder: Path, shift_m: float) -> None:
-    motion = results.read(folder)
+    motion = results.read_motion(folder)
     np.savez(
         path,
         schema=metrics.TRUTH_SCHEMA,
@@ -250,7 +251,7 @@ def test_eval_prints_every_score_with_its_definition(
     result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_truth(tmp_path / "truth.npz", result, 0.05)
-    motion = results.read(result)
+    motion = results.read_motion(result)
     world = Evidence(
         times_s=motion.times_s,
         keypoint_names=(),
@@ -335,4 +336,4 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["audit"]["max_root_actuator_force_N"] == 0
     assert found["audit"]["max_applied_force_N"] == 0
     assert found["metrics"]["mpjpe_2d_px"] < 60
-    np.testing.assert_array_less(0.5, results.read(out).com_m[:, 2])
+    np.testing.assert_array_less(0.5, results.read_motion(out).com_m[:, 2])

@@ -6,16 +6,16 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, kinematics, pipeline, resources, results, softfloor
+from simrecon import cli, evidence, kinematics, resources, results, running, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.results import folder
-from simrecon.types import Evidence, Ground, Motion, Scene
+from simrecon.types import Ground, Motion, Scene
 
 FIRST_LINE = "ground           height_m 0.0, friction 0.9"
 
@@ -61,20 +61,31 @@ def test_a_scene_is_made_and_edited(file: Path, capsys: pytest.CaptureFixture[st
     assert "seat             chair at (-0.4, 0.7, 0) m, turned 0.5 rad" in capsys.readouterr().out
 
 
+def test_comments_and_order_stay(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    file.write_text(f"# the gym\n{text}# worn\n", encoding="utf-8")
+    assert run("add", file, "chair", "name=seat") == 0
+    assert run("set", file, "ground", "height_m=0.1") == 0
+    assert run("move", file, "seat", "by=0.5,0,0") == 0
+    changed = file.read_text(encoding="utf-8")
+    assert changed.startswith("# the gym\n[ground]\nheight_m = 0.1\nfriction = 0.9\n# worn\n\n[[item]]\n")
+    assert "position_m = [0.5, 0.0, 0.0]" in changed
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["add", "{}", "chiar"], "'chiar' is unknown, did you mean 'chair'?"),
         (["add", "{}", "box"], "lacks the key 'size_m'"),
-        (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be three numbers"),
+        (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be a list of three numbers above 0"),
         (["add", "{}", "wall", "mass_kg=3"], "a wall can't be moved"),
         (["add", "{}", "chair", "seat_hight_m=1"], "did you mean 'seat_height_m'?"),
-        (["set", "{}", "sofa", "yaw_rad=1"], "there is no thing 'sofa'; there: bench"),
+        (["set", "{}", "sofa", "yaw_rad=1"], "there is no item 'sofa'; there: bench"),
         (["set", "{}", "bench", "yaw_rad"], "found 'yaw_rad'; valid: KEY=VALUE"),
         (["set", "{}", "bench", "seat_height_m=low"], "seat_height_m must be a number"),
         (["set", "{}", "ground", "stiffness_Npm=2e4"], "needs damping_Nspm"),
         (["move", "{}", "bench", "up=1"], "unknown 'up'; valid: to, by, turn"),
-        (["move", "{}", "bench", "to=1,2"], "to must be three numbers"),
+        (["move", "{}", "bench", "to=1,2"], "to must be a list of three numbers"),
         (["remove", "{}", "bnch"], "did you mean 'bench'?"),
         (["new", "{}"], "is there already"),
         (["show", "{}", "-o", "x.jpg"], "valid: a name that ends in .png"),
@@ -168,13 +179,13 @@ def finished(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_rerun_starts_from_the_finished_motion(
     finished: Path, clip: Path, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = folder.read(finished)
+    before = results.read_motion(finished)
     seen: list[Motion | None] = []
-    really = pipeline.reconstruct
+    really = running.reconstruct
 
-    def watched(*args: object, start: Motion | None = None, **how: object) -> object:
-        seen.append(start)
-        return really(*args, start=start, **how)
+    def watched(*words: Any) -> Any:
+        seen.append(words[3].start)
+        return really(*words)
 
     run("set", file, "ground", "friction=0.8")
     hasty = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
@@ -184,7 +195,7 @@ def test_rerun_starts_from_the_finished_motion(
     settings = ["--scene", str(file), "--threads", "1", "--plan", str(tmp_path / "hasty.toml")]
     anew, target = tmp_path / "anew", tmp_path / "again"
     assert cli.main(["run", str(clip), "-o", str(anew), *settings]) == 0
-    monkeypatch.setattr(pipeline, "reconstruct", watched)
+    monkeypatch.setattr(running, "reconstruct", watched)
     assert cli.main(["rerun", str(finished), "-o", str(target), *settings]) == 0
     assert seen[0] is not None
     np.testing.assert_array_equal(seen[0].ctrl, before.ctrl)
@@ -203,7 +214,7 @@ def test_rerun_needs_its_evidence(
     other = tmp_path / "other.npz"
     evidence.write(other, replace(evidence.read(clip), mass_kg=70.0))
     for words, said in (
-        (["--input", str(other)], "its sha256 differs"),
+        (["--input", str(other)], "its sha256 is not the one"),
         (["--input", "none.npz"], "--input says where it is"),
     ):
         assert cli.main(["rerun", str(finished), *words]) == 2
@@ -214,12 +225,12 @@ def test_rerun_needs_its_evidence(
 def test_a_fitted_floor_is_used_and_reported(
     clip: Path, file: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    motion = results.read(finished)
+    motion = results.read_motion(finished)
     trials = (softfloor.Trial(1e4, 200.0, 5.0), softfloor.Trial(2e4, 300.0, 4.0))
     ground = Ground(stiffness_Npm=2e4, damping_Nspm=300.0)
 
-    def calibrated(_: Evidence, things: Scene, *__: object, **___: object) -> softfloor.Calibration:
-        assert things.ground.stiffness_Npm == "fit"
+    def calibrated(_: object, scene: Scene, *__: object) -> softfloor.Calibration:
+        assert scene.ground.calibrate
         return softfloor.Calibration(ground, trials, motion, False)
 
     monkeypatch.setattr(softfloor, "calibrate", calibrated)
@@ -231,6 +242,6 @@ def test_a_fitted_floor_is_used_and_reported(
     assert said["stiffness_Npm"] == 2e4
     assert [trial["loss"] for trial in said["trials"]] == [5.0, 4.0]
     assert scenes.read(target / "scene.toml").ground == ground
-    found = results.read(target)
+    found = results.read_motion(target)
     assert found.qpos.shape[1] == 72
     assert np.abs(found.qpos[:, 71]).max() > 0.005

@@ -397,7 +397,7 @@ def test_too_few_images() -> None:
 
 
 def test_unwritable_places(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't write the image"):
+    with pytest.raises(InputError, match="can't be written"):
         overlay.write(tmp_path / "none", clip())
     with pytest.raises(InputError, match="can't write the video"):
         video.write_video(tmp_path / "none" / "a.mp4", black(), 30.0)

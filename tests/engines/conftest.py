@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, schedule
-from simrecon import scene as scenes
+from simrecon import kinematics, planners, prior, schedule
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.geometry import camera as cameras
@@ -123,8 +122,8 @@ def unseen(frames: int = FRAMES) -> Evidence:
 def clip(plan: Plan, fit: KinematicFit | None = None, evidence: Evidence | None = None) -> Problem:
     fit = standing() if fit is None else fit
     clock = schedule.clock(fit.times_s, plan.simulation.timestep_max_s)
-    mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
-    return problems.pose(fit, unseen(len(fit.times_s)) if evidence is None else evidence, mjcf, clock, plan)
+    evidence = unseen(len(fit.times_s)) if evidence is None else evidence
+    return problems.pose(fit, planners.plan("none", fit, evidence, plan), evidence, clock, plan)
 
 
 class Makers:

@@ -1,4 +1,4 @@
-"""First velocities from the momenta of a flight: a known somersault is found again under noise."""
+"""First velocities from the momenta of a flight: a known somersault is velocity again under noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from simrecon.engines import momentum
 from simrecon.geometry import rotations
 from simrecon.sim.poses import differentiate
-from simrecon.sim.state import component, initial_state, simulate
+from simrecon.sim.state import initial_state, qpos_of, simulate
 from simrecon.types import Array
 
 FRAME_S = 1 / 30
@@ -27,8 +27,7 @@ def flown(make: Any) -> tuple[mujoco.MjModel, Array, Array]:
     qpos[2] += 3.0
     qvel[:6] = 1.0, -0.5, 2.0, 0.5, 6.0, -0.3
     states = simulate(model, initial_state(model, qpos, qvel), np.tile(problem.targets_rad[0], (240, 1)))
-    found = component(model, states, mujoco.mjtState.mjSTATE_QPOS)[::20]
-    return model, found, qvel
+    return model, qpos_of(model, states)[::20], qvel
 
 
 def noisy(qpos: Array, rng: np.random.Generator) -> Array:
@@ -54,11 +53,11 @@ def test_a_flight_is_told_from_a_stance(make: Any, flown: tuple[mujoco.MjModel, 
     )
 
 
-def test_the_velocity_of_a_flight_is_found_again(flown: tuple[mujoco.MjModel, Array, Array]) -> None:
+def test_the_velocity_of_a_flight_is_velocity_again(flown: tuple[mujoco.MjModel, Array, Array]) -> None:
     model, qpos, truth = flown
-    found = momentum.first_velocity(model, qpos, FRAME_S)
-    np.testing.assert_allclose(found[:3], truth[:3], atol=0.03)
-    np.testing.assert_allclose(found[3:6], truth[3:6], atol=0.15)
+    velocity = momentum.first_velocity(model, qpos, FRAME_S)
+    np.testing.assert_allclose(velocity[:3], truth[:3], atol=0.03)
+    np.testing.assert_allclose(velocity[3:6], truth[3:6], atol=0.15)
 
 
 def test_noise_does_less_harm_than_to_differences(
@@ -69,8 +68,8 @@ def test_noise_does_less_harm_than_to_differences(
     for _ in range(20):
         seen = noisy(qpos, rng)
         differences = differentiate(model, seen[:3], FRAME_S)[0]
-        found = momentum.first_velocity(model, seen, FRAME_S)
-        errors.append(np.abs(np.stack((differences, found))[:, :6] - truth[:6]))
+        velocity = momentum.first_velocity(model, seen, FRAME_S)
+        errors.append(np.abs(np.stack((differences, velocity))[:, :6] - truth[:6]))
     by_differences, by_flight = np.mean(errors, axis=0)  # (6,) each
     assert (by_flight[:3] < by_differences[:3] / 4).all()
     assert (by_flight[3:5] < by_differences[3:5] / 4).all()

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
 from simrecon import schedule
+from simrecon.engines import warm_start
 from simrecon.engines import windows as clip
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import search as sampling
-from simrecon.sim.state import component, initial_state
+from simrecon.sim.state import initial_state, qpos_of
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 from tests.support.window_results import solved
 
@@ -26,23 +26,26 @@ def problem(make) -> Problem:
 
 
 class Scripted:
-    """An engine that stands still, and falls where it is told to: {window: retries below which it falls}."""
+    """A tracker that stands still, and falls where it is told to: {window: retries below which it falls}."""
 
     def __init__(self, problem: Problem, falls: dict[int, int]) -> None:
         self.problem, self.falls = problem, falls
-        self.asked: list[tuple[int, int]] = []
+        self.calls: list[tuple[int, int]] = []
         self.draws: list[float] = []
+
+    def prepare(self, _windows: Sequence[Window], _start: Handover) -> None:
+        raise AssertionError("the windows are not prepared by who solves them")
 
     def solve(
         self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort
     ) -> WindowResult:
-        self.asked.append((window.index, effort.retry))
+        self.calls.append((window.index, effort.retry))
         self.draws.append(float(rng.random()))
         model, stride = self.problem.model, self.problem.clock.stride
         frames = np.arange(window.start_step, window.commit_step + 1) // stride
         down = np.array([0.0, 0.0, 0.4 * (effort.retry < self.falls.get(window.index, 0))])
         states = np.stack([initial_state(model, q, np.zeros(model.nv)) for q in self.problem.qpos[frames]])
-        component(model, states, mujoco.mjtState.mjSTATE_QPOS)[:, :3] -= down
+        qpos_of(model, states)[:, :3] -= down
         return solved(
             window,
             np.full((window.commit_step - window.start_step, model.nu), self.draws[-1]),
@@ -53,45 +56,44 @@ class Scripted:
 
 
 def solve(
-    engine: Scripted, solved: tuple[WindowResult, ...] = ()
+    tracker: Scripted, solved: tuple[WindowResult, ...] = ()
 ) -> tuple[tuple[WindowResult, ...], list[int]]:
     kept: list[int] = []
-    windows = schedule.cut(engine.problem.clock, engine.problem.plan)
-    found = clip.solve(
-        engine,
+    windows = schedule.cut(tracker.problem.clock, tracker.problem.plan)
+    results = clip.solve(
+        tracker,
         windows,
-        sampling.start(engine.problem),
+        warm_start.from_fit(tracker.problem),
         7,
         solved=solved,
-        begin=lambda _window: None,
         keep=lambda result: kept.append(result.window.index),
     )
-    return found, kept
+    return results, kept
 
 
 def test_without_a_fall_every_window_is_solved_once(problem: Problem) -> None:
-    engine = Scripted(problem, {})
-    found, kept = solve(engine)
-    assert engine.asked == [(0, 0), (1, 0), (2, 0), (3, 0)]
-    assert kept == [result.window.index for result in found] == [0, 1, 2, 3]
-    assert len(set(engine.draws)) == 4
+    tracker = Scripted(problem, {})
+    results, kept = solve(tracker)
+    assert tracker.calls == [(0, 0), (1, 0), (2, 0), (3, 0)]
+    assert kept == [result.window.index for result in results] == [0, 1, 2, 3]
+    assert len(set(tracker.draws)) == 4
 
 
 def test_a_fall_goes_back_one_window_and_then_two(problem: Problem) -> None:
-    engine = Scripted(problem, {2: 2})
-    found, _ = solve(engine)
+    tracker = Scripted(problem, {2: 2})
+    results, _ = solve(tracker)
     tries = [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (0, 2), (1, 2), (2, 2), (3, 0)]
-    assert engine.asked == tries
-    assert [result.effort.retry for result in found] == [2, 2, 2, 0]
-    assert len(set(engine.draws)) == len(tries)  # other random numbers each time
+    assert tracker.calls == tries
+    assert [result.effort.retry for result in results] == [2, 2, 2, 0]
+    assert len(set(tracker.draws)) == len(tries)  # other random numbers each time
     assert [Effort(retry, 2).factor for retry in range(3)] == [1, 2, 4]
 
 
 def test_a_fall_that_no_retry_mends_ends_the_clip(problem: Problem) -> None:
-    engine = Scripted(problem, {1: RETRIES + 1})
-    found, kept = solve(engine)
-    assert [result.window.index for result in found] == [0]
-    assert engine.asked[-1] == (1, RETRIES)
+    tracker = Scripted(problem, {1: RETRIES + 1})
+    results, kept = solve(tracker)
+    assert [result.window.index for result in results] == [0]
+    assert tracker.calls[-1] == (1, RETRIES)
     assert 1 not in kept
 
 
@@ -104,16 +106,16 @@ def test_what_was_solved_before_a_retry_is_not_lost_by_it(problem: Problem) -> N
             return super().solve(window, handover, rng, effort)
 
     plain, _ = solve(Scripted(problem, {}))
-    found, _ = solve(Unlucky(problem, {}))
-    assert [(result.window.index, result.effort.retry) for result in found] == [(0, 0), (1, 0), (2, 0)]
-    for one, two in zip(found, plain, strict=False):
+    results, _ = solve(Unlucky(problem, {}))
+    assert [(result.window.index, result.effort.retry) for result in results] == [(0, 0), (1, 0), (2, 0)]
+    for one, two in zip(results, plain, strict=False):
         np.testing.assert_array_equal(one.ctrl, two.ctrl)
 
 
 def test_a_window_that_failed_has_fallen_whatever_the_corridor(problem: Problem) -> None:
-    engine = Scripted(problem, {})
+    tracker = Scripted(problem, {})
     window = schedule.cut(problem.clock, problem.plan)[0]
-    result = engine.solve(window, sampling.start(problem), np.random.default_rng(0), Effort())
+    result = tracker.solve(window, warm_start.from_fit(problem), np.random.default_rng(0), Effort())
     wide = replace(
         problem, plan=replace(problem.plan, recovery=replace(problem.plan.recovery, corridor_m=0.0))
     )
@@ -122,9 +124,9 @@ def test_a_window_that_failed_has_fallen_whatever_the_corridor(problem: Problem)
 
 
 def test_any_corridor_is_left_by_who_lies_down(problem: Problem) -> None:
-    engine = Scripted(problem, {0: 1})
+    tracker = Scripted(problem, {0: 1})
     window = schedule.cut(problem.clock, problem.plan)[0]
-    result = engine.solve(window, sampling.start(problem), np.random.default_rng(0), Effort())
+    result = tracker.solve(window, warm_start.from_fit(problem), np.random.default_rng(0), Effort())
     assert clip.fell(problem, result)
     without = replace(problem.plan, recovery=replace(problem.plan.recovery, corridor_m=0.0))
     assert not clip.fell(replace(problem, plan=without), result)
@@ -135,7 +137,7 @@ def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: i
     falls = {1: 1, 2: 2}
     whole, kept = solve(Scripted(problem, falls))
     state: list[WindowResult] = []  # what a checkpoint holds after `known` windows were kept
-    engine = Scripted(problem, falls)
+    tracker = Scripted(problem, falls)
 
     class KilledError(Exception):
         pass
@@ -152,7 +154,7 @@ def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: i
     windows = schedule.cut(problem.clock, problem.plan)
     if known:
         with pytest.raises(KilledError):
-            clip.solve(engine, windows, sampling.start(problem), 7, begin=lambda _window: None, keep=keep)
+            clip.solve(tracker, windows, warm_start.from_fit(problem), 7, keep=keep)
     again, _ = solve(Scripted(problem, falls), tuple(state))
     assert [r.window.index for r in again] == [r.window.index for r in whole]
     assert [r.effort for r in again] == [r.effort for r in whole]

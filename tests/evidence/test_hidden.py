@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from simrecon.cli import reading
 from simrecon.errors import InputError
 from simrecon.evidence import unknown_camera
 from simrecon.geometry import camera as cameras
 from simrecon.types import Camera, Evidence, Lens
+from tests.support.reading import observed
 
 
 def seen(camera: Camera | None) -> Evidence:
@@ -39,14 +38,6 @@ def test_landmarks_need_an_image_size() -> None:
         unknown_camera(seen(None))
 
 
-def options(path: Path, *given: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("input")
-    parser.add_argument("--video")
-    reading.add(parser)
-    return parser.parse_args([str(path), *given])
-
-
 @pytest.fixture
 def keypoints(tmp_path: Path) -> Path:
     """Two frames of COCO's 17 points, of which no file says through which lens they were seen."""
@@ -64,8 +55,8 @@ def keypoints(tmp_path: Path) -> Path:
 def test_landmarks_of_an_unknown_lens_need_only_the_size_of_the_image(keypoints: Path) -> None:
     size = ("--fps", "30", "--size", "800x600")
     with pytest.raises(InputError, match="no lens"):
-        reading.read(options(keypoints, *size))
-    found = reading.read(options(keypoints, *size, "--unknown-camera"))
+        observed(keypoints, *size)
+    found = observed(keypoints, *size, "--unknown-camera")
     assert found.camera is not None
     assert found.camera.lens.matrix_px[0, 0] == 1000.0
     assert found.camera.lens.image_size_px == (800, 600)
@@ -73,7 +64,7 @@ def test_landmarks_of_an_unknown_lens_need_only_the_size_of_the_image(keypoints:
 
 def test_the_size_of_a_video_will_do(keypoints: Path) -> None:
     video = Path(__file__).parents[2] / "simrecon" / "example" / "beam.mp4"
-    found = reading.read(options(keypoints, "--video", str(video), "--unknown-camera"))
+    found = observed(keypoints, "--video", str(video), "--unknown-camera")
     assert found.camera is not None
     width, height = found.camera.lens.image_size_px
     assert found.camera.lens.matrix_px[0, 0] == pytest.approx(np.hypot(width, height))

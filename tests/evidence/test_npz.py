@@ -64,7 +64,7 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b)
 
 
-def assert_same(a: Evidence, b: Evidence, but: tuple[str, ...] = ("sha256",)) -> None:
+def assert_same(a: Evidence, b: Evidence, but: tuple[str, ...] = ("sha256", "reading")) -> None:
     names = [f.name for f in fields(a) if f.name not in but]
     assert [name for name in names if not same(getattr(a, name), getattr(b, name))] == []
 
@@ -82,7 +82,7 @@ def test_reads_every_key(tmp_path: Path) -> None:
     np.testing.assert_array_equal(evidence.camera.lens.matrix_px, given_["camera_K"])
     frames = len(given_["times_s"])
     np.testing.assert_array_equal(evidence.camera.path, [given_["world_to_camera"]] * frames)
-    np.testing.assert_allclose(evidence.rotations, given_["rotations"], atol=1e-15)
+    assert evidence.reading == "rotations: in the file, not used"
     assert (evidence.mass_kg, evidence.height_m, len(evidence.betas)) == (70.0, 1.8, 10)
 
 
@@ -98,9 +98,7 @@ def test_what_is_written_reads_back_equal_and_the_bytes_are_reproducible(tmp_pat
     copies = tmp_path / "a.npz", tmp_path / "b.npz"
     for copy in copies:
         write(copy, evidence)
-    # Normalised quaternions may change in the last bit when they are normalised again.
-    assert_same(read(copies[0]), evidence, but=("sha256", "rotations"))
-    np.testing.assert_allclose(read(copies[0]).rotations, evidence.rotations, atol=1e-15)
+    assert_same(read(copies[0]), evidence)
     assert copies[0].read_bytes() == copies[1].read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.npz", "b.npz", "clip.npz"]
 
@@ -122,7 +120,7 @@ def test_optional_parts_may_be_left_out(tmp_path: Path, left_out: tuple[str, ...
     assert evidence.scores.shape == (T, len(evidence.keypoint_names))
     assert evidence.joints_m.shape == (T, len(evidence.joint_names), 3)
     write(tmp_path / "copy.npz", evidence)
-    assert_same(read(tmp_path / "copy.npz"), evidence, but=("sha256", "rotations"))
+    assert_same(read(tmp_path / "copy.npz"), evidence)
 
 
 def test_camera_without_distortion_has_none(tmp_path: Path) -> None:
@@ -157,7 +155,7 @@ def test_a_moving_camera_has_a_transform_for_each_frame(tmp_path: Path) -> None:
     evidence = read(saved(tmp_path, content() | {"world_to_camera": panning()}))
     np.testing.assert_array_equal(evidence.camera.path, panning())
     write(tmp_path / "copy.npz", evidence)
-    assert_same(read(tmp_path / "copy.npz"), evidence, but=("sha256", "rotations"))
+    assert_same(read(tmp_path / "copy.npz"), evidence)
 
 
 def test_a_still_camera_is_written_as_one_transform(tmp_path: Path) -> None:
@@ -267,7 +265,9 @@ BAD = {
         "world_to_camera",
         "in frame 2",
     ),
-    "a short path": (changed("world_to_camera", lambda _: panning()[1:]), "world_to_camera", "T = 4"),
+    "a path of other frames": (
+        changed("world_to_camera", lambda _: panning()[1:]), "world_to_camera", "T = ",
+    ),
     "a ground of another word": (changed("ground", "flat"), "ground", "'flat'"),
     "transposed extrinsics": (changed("world_to_camera", lambda p: p.T), "world_to_camera", "last row"),
     "unknown frame": (changed("joints_frame", "body"), "joints_frame", "'camera_root_relative'"),
@@ -377,7 +377,7 @@ def test_unwritable_target_leaves_nothing(tmp_path: Path) -> None:
     folder = tmp_path / "folder.npz"
     folder.mkdir()
     for target in (tmp_path / "missing" / "clip.npz", folder):
-        with pytest.raises(InputError, match=r"can't be written \(.*\); give a file in a writable folder"):
+        with pytest.raises(InputError, match=r"can't be written \(.*\); valid: a writable place"):
             write(target, evidence)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["clip.npz", "folder.npz"]
 

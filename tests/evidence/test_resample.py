@@ -17,8 +17,6 @@ def moving(times_s: Array) -> Evidence:
     """Two landmarks and one joint on straight lines, and one joint turning at 1 rad/s about x."""
     times_s = np.asarray(times_s, float)
     line = np.stack((100 + 50 * times_s, 300 - 20 * times_s), axis=-1)  # (T, 2)
-    half = 0.5 * times_s
-    turn = np.stack((np.cos(half), np.sin(half), 0 * half, 0 * half), axis=-1)
     return Evidence(
         times_s=times_s,
         keypoint_names=("nose", "neck"),
@@ -27,8 +25,6 @@ def moving(times_s: Array) -> Evidence:
         joint_names=("pelvis",),
         joints_m=np.stack((times_s, 2 * times_s, 1 - times_s), axis=-1)[:, None],
         joints_frame="world",
-        rotation_names=("spine",),
-        rotations=turn[:, None],
     )
 
 
@@ -38,10 +34,8 @@ def assert_on_the_lines(evidence: Evidence, seen: Array) -> None:
     seen = np.asarray(seen, bool)
     np.testing.assert_allclose(evidence.keypoints_px[seen], want.keypoints_px[seen], rtol=0, atol=2e-3)
     np.testing.assert_allclose(evidence.joints_m[seen], want.joints_m[seen], rtol=0, atol=1e-4)
-    angle = rotations.angle_between(evidence.rotations[seen], want.rotations[seen])
-    np.testing.assert_allclose(angle, 0, atol=4e-5)
     np.testing.assert_allclose(evidence.scores[seen], 0.8)
-    for values in (evidence.keypoints_px, evidence.joints_m, evidence.rotations):
+    for values in (evidence.keypoints_px, evidence.joints_m):
         assert np.isnan(values[~seen]).all()
     assert not evidence.scores[~seen].any()
 
@@ -57,7 +51,7 @@ def test_constant_rate_only_snaps_the_times(
     np.testing.assert_allclose(np.diff(on_grid.times_s), np.diff(on_grid.times_s).mean(), rtol=1e-9)
     np.testing.assert_allclose(on_grid.times_s, evidence.times_s, atol=2e-3 / rate)
     np.testing.assert_array_equal(index, np.arange(count))
-    for name in ("keypoints_px", "scores", "joints_m", "rotations"):
+    for name in ("keypoints_px", "scores", "joints_m"):
         np.testing.assert_array_equal(getattr(on_grid, name), getattr(evidence, name))
 
 
@@ -86,7 +80,7 @@ def test_variable_rate_is_interpolated(seed: int) -> None:
 
 
 def _sliced(evidence: Evidence, frames: Array) -> dict[str, Array]:
-    names = ("times_s", "keypoints_px", "scores", "joints_m", "rotations")
+    names = ("times_s", "keypoints_px", "scores", "joints_m")
     return {name: getattr(evidence, name)[frames] for name in names}
 
 
@@ -109,11 +103,10 @@ def test_unseen_landmarks_are_not_interpolated() -> None:
     np.testing.assert_allclose(on_grid.keypoints_px[1, 1], moving(np.array([1 / 30])).keypoints_px[0, 1])
 
 
-def test_no_3d_and_no_rotations() -> None:
+def test_no_3d() -> None:
     evidence = replace(moving(np.arange(5) / 30), joint_names=(), joints_m=np.empty((5, 0, 3)))
-    on_grid, _ = resample(replace(evidence, rotation_names=(), rotations=None))
+    on_grid, _ = resample(evidence)
     assert on_grid.joints_m.shape == (5, 0, 3)
-    assert on_grid.rotations is None
 
 
 def test_the_given_evidence_is_not_changed() -> None:

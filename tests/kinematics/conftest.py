@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,16 +16,23 @@ from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.kinematics.contacts import contact_points
+from simrecon.kinematics.layout import SEGMENTS, Variables
+from simrecon.kinematics.observations import Observations
+from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.terms import PLANNED
 from simrecon.plan import Kinematics
-from simrecon.types import Array, Camera, Evidence, Lens, Skeleton
+from simrecon.types import Array, Camera, Evidence, Ground, Lens, Scene, SceneItem, Skeleton
 
 HEIGHT_M = 1.75
+FEW = 4
+"""Frames of the problem that all terms are tested with."""
+STEP = SceneItem("step", "box", (0.25, 0.1, 0.0), {"size_m": (0.4, 0.8, 0.12)}, yaw_rad=0.3)
 MATRIX_PX = np.array([[1000.0, 0.0, 640.0], [0.0, 1000.0, 480.0], [0.0, 0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A known motion: root_m (T, 3), rotvecs (17, T, 3), and the points (M, T, 3) that follow from them."""
+    """A known motion: root_m (T, 3), rotvecs (SEGMENTS, T, 3), and the points (M, T, 3) that follow."""
 
     skeleton: Skeleton
     times_s: Array
@@ -45,7 +53,7 @@ def walking(frames: int, rate_hz: float = 30.0, heading_rad: float = 0.5) -> Wal
     """Steps on the floor z = 0, with swinging arms; the feet slide a little."""
     skeleton = bodies.scaled({}, HEIGHT_M)
     times_s = np.arange(frames) / rate_hz
-    rotvecs = np.zeros((17, frames, 3))
+    rotvecs = np.zeros((SEGMENTS, frames, 3))
     rotvecs[1:] = prior.gaussian(skeleton).mean_rad[:, None]
     rotvecs[0, :, 2] = heading_rad
     swing = np.sin(2 * np.pi * times_s)
@@ -86,17 +94,6 @@ def looking_at(eye_m: Array, target_m: Array, frames: int = 1) -> Camera:
     return cameras.still(Lens(MATRIX_PX, np.zeros(5), (1280, 960)), transform, frames)
 
 
-def carried(camera: Camera, frames: int, turn_rad: float, move_m: float) -> Camera:
-    """The camera panned about the vertical of its image, and moved across what it sees."""
-    share = np.linspace(-0.5, 0.5, frames)[:, None]
-    rotation = cameras.extrinsics(camera)[0, :3, :3]
-    path = np.tile(np.eye(4), (frames, 1, 1))
-    path[:, :3, :3] = rotations.matrix(rotations.exp(turn_rad * share * [0.0, 1.0, 0.0])) @ rotation
-    centre = cameras.centre_m(camera)[0] + move_m * share * rotation[0]
-    path[:, :3, 3] = -(path[:, :3, :3] @ centre[..., None])[..., 0]
-    return cameras.with_path(camera, path)
-
-
 def seen(walk: Walk, camera: Camera, noise_px: float = 0.0, noise_m: float = 0.0, seed: int = 0) -> Evidence:
     """All points in the image and, in the world, in 3D."""
     rng = np.random.default_rng(seed)
@@ -132,7 +129,6 @@ class Makers:
 
     walking: Callable[..., Walk] = walking
     looking_at: Callable[..., Camera] = looking_at
-    carried: Callable[[Camera, int, float, float], Camera] = carried
     seen: Callable[..., Evidence] = seen
     in_camera: Callable[[Evidence, bool], Evidence] = in_camera
 
@@ -170,3 +166,67 @@ def weights() -> Kinematics:
         balance=0.5,
         evaluations=400,
     )
+
+
+@pytest.fixture(scope="session")
+def problem(make, weights) -> Problem:
+    """Every term counts: feet within the floor and a box, joints beyond their limits, noise on everything."""
+    rng = np.random.default_rng(7)
+    walk = make.walking(FEW)
+    skeleton, count = walk.skeleton, len(walk.skeleton.point_names)
+    camera = make.looking_at(np.array([4.0, -1.0, 1.5]), np.array([0.0, 0.0, 1.0]))
+    rays = cameras.undistort(camera.lens, cameras.project(camera, walk.points_m))
+    roots = np.zeros(count)
+    roots[[skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]] = 0.5
+    gaussian = prior.gaussian(skeleton)
+    see = Observations(
+        interval_s=1 / 30,
+        rays=rays + rng.normal(scale=0.02, size=rays.shape),
+        ray_weights=rng.uniform(0, 1, (count, FEW)),
+        ray_sigma=0.01,
+        world_to_camera=cameras.extrinsics(cameras.lasting(camera, FEW)),
+        joints_m=walk.points_m - walk.root_m + rng.normal(scale=0.05, size=walk.points_m.shape),
+        joint_weights=rng.integers(0, 2, (count, FEW)).astype(float),
+        place_m=walk.root_m + 0.1,
+        place_weights=np.array([1.0, 0.0, 1.0, 1.0]),
+        root_weights=roots,
+        standing=rng.uniform(0, 1, (2, FEW)),
+        sitting=rng.uniform(0, 1, FEW),
+        scale_sigma=0.1,
+        neutral=gaussian.mean_rad,
+        spread=gaussian.spread_rad,
+        prior=gaussian,
+    )
+    parts = primitives.make(skeleton, 1.75, 70.0, 0.0)
+    # a term that `weights` leaves out counts, too
+    others: dict[str, Any] = {term.name: 1.0 for term in PLANNED if not term.weight(weights)}
+    base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.1, 0.0, 0.4]))), (FEW, 3, 3))
+    touch, plan = contact_points(skeleton, parts), replace(weights, **others)
+    return Problem.of_clip(skeleton, touch, Scene(Ground(0.02), (STEP,)), base, see, plan)
+
+
+@pytest.fixture(scope="session")
+def point(make, problem) -> Array:
+    """Packed variables somewhere near the walk."""
+    rng = np.random.default_rng(8)
+    walk = make.walking(FEW)
+    rotvecs = walk.rotvecs + rng.normal(scale=0.2, size=walk.rotvecs.shape)
+    rotvecs[walk.skeleton.names.index("left_elbow"), :, 2] += 2.0
+    root = walk.root_m + np.array([0.0, 0.0, -0.03]) + rng.normal(scale=0.02, size=walk.root_m.shape)
+    lengths = rng.normal(scale=0.03, size=len(problem.stretch))
+    lean = rng.normal(scale=0.1, size=(problem.leans.shape[1], 3))
+    return Variables(root, rotvecs, 0.07, 0.012, lengths, lean).pack()
+
+
+@pytest.fixture
+def repeated(problem, point) -> Callable[[int], tuple[Problem, Array]]:
+    """The problem's frames again and again, and a point of it."""
+
+    def repeat(frames: int) -> tuple[Problem, Array]:
+        rows = np.arange(frames) % FEW
+        see, base = problem.observations.part(rows), problem.base[rows]
+        long = Problem.of_clip(problem.skeleton, problem.contacts, problem.scene, base, see, problem.plan)
+        lean = np.random.default_rng(14).normal(scale=0.1, size=(long.leans.shape[1], 3))
+        return long, replace(problem.unpack(point).part(rows), lean=lean).pack()
+
+    return repeat

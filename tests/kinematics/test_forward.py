@@ -11,7 +11,7 @@ import pytest
 from simrecon import body as bodies
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward
-from simrecon.kinematics.variables import to_qpos
+from simrecon.kinematics.layout import SEGMENTS, to_qpos
 from simrecon.types import Array, Body, Skeleton
 
 T = 6
@@ -30,7 +30,7 @@ def model(person: Body) -> mujoco.MjModel:
 def read_back(model: mujoco.MjModel, skeleton: Skeleton) -> Skeleton:
     """The skeleton with the six digits that its MJCF keeps."""
     sites = [model.site(name).id for name in skeleton.point_names]
-    assert [model.body(i).name for i in range(1, 18)] == list(skeleton.names)
+    assert [model.body(i).name for i in range(1, 1 + SEGMENTS)] == list(skeleton.names)
     return replace(
         skeleton,
         offsets_m=model.body_pos[1:],
@@ -42,11 +42,11 @@ def read_back(model: mujoco.MjModel, skeleton: Skeleton) -> Skeleton:
 
 def random_pose(rng: np.random.Generator) -> tuple[Array, Array, Array]:
     base = rotations.matrix(rotations.exp(rng.normal(size=(T, 3))))
-    return rng.normal(size=(T, 3)), base, rng.uniform(-1.5, 1.5, (17, T, 3))
+    return rng.normal(size=(T, 3)), base, rng.uniform(-1.5, 1.5, (SEGMENTS, T, 3))
 
 
 def mujoco_points(model: mujoco.MjModel, skeleton: Skeleton, qpos: Array) -> tuple[Array, Array]:
-    """Points (M, T, 3) and origins of the segments (17, T, 3)."""
+    """Points (M, T, 3) and origins of the segments (SEGMENTS, T, 3)."""
     data = mujoco.MjData(model)
     sites = [model.site(name).id for name in skeleton.point_names]
     points, origins = [], []
@@ -64,9 +64,9 @@ def test_points_are_where_mujoco_has_its_sites(
     root, base, rotvecs = random_pose(rng)
     skeleton = read_back(model, person.skeleton)
     pose = forward.forward(skeleton, root, base, rotvecs, 1.0)
-    found = forward.points(pose, skeleton.point_segments, skeleton.point_offsets_m)
+    points = forward.points(pose, skeleton.point_segments, skeleton.point_offsets_m)
     expected, origins = mujoco_points(model, skeleton, to_qpos(root, base, rotvecs))
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    np.testing.assert_allclose(points, expected, atol=1e-9)
     np.testing.assert_allclose(pose.origins_m, origins, atol=1e-9)
 
 
@@ -75,9 +75,9 @@ def test_six_digits_of_mjcf_are_less_than_a_hundredth_of_a_millimetre(
 ) -> None:
     root, base, rotvecs = random_pose(rng)
     pose = forward.forward(person.skeleton, root, base, rotvecs, 1.0)
-    found = forward.points(pose, person.skeleton.point_segments, person.skeleton.point_offsets_m)
+    points = forward.points(pose, person.skeleton.point_segments, person.skeleton.point_offsets_m)
     expected, _ = mujoco_points(model, person.skeleton, to_qpos(root, base, rotvecs))
-    np.testing.assert_allclose(found, expected, atol=1e-5)
+    np.testing.assert_allclose(points, expected, atol=1e-5)
 
 
 def test_lengths_scale_about_the_root(person: Body, rng: np.random.Generator) -> None:
@@ -108,7 +108,7 @@ def test_the_adjoint_is_the_transpose_of_the_derivative(person: Body, rng: np.ra
         assert np.sum(force[0] * move) + np.sum(d_rotvecs * turn) == pytest.approx(
             slope / 2, rel=1e-5, abs=1e-10
         )
-    for b in range(17):
+    for b in range(SEGMENTS):
         turn = np.zeros_like(rotvecs)
         turn[b] = 1e-6 * rng.normal(size=(T, 3))
         slope = loss(root, rotvecs + turn) - loss(root, rotvecs - turn)

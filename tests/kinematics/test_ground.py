@@ -39,11 +39,11 @@ def test_the_gradient_is_that_of_finite_differences(skin) -> None:
         assert gradient[axis] == pytest.approx(slope, rel=1e-4)
 
 
-def off(found: Array, turn: Array, shift: Array) -> tuple[float, float]:
+def off(move: Array, turn: Array, shift: Array) -> tuple[float, float]:
     """Angle (degrees) of the floor that was found, and its height (m) under the clip."""
-    both = found[:3, :3] @ turn
+    both = move[:3, :3] @ turn
     return float(np.degrees(np.arccos(np.clip(both[2, 2], -1, 1)))), float(
-        (found[:3, :3] @ shift + found[:3, 3])[2]
+        (move[:3, :3] @ shift + move[:3, 3])[2]
     )
 
 
@@ -52,21 +52,21 @@ def test_a_tilted_floor_is_found(skin, airborne: int) -> None:
     turn, shift = rotations.matrix(rotations.exp(np.array([0.08, -0.06, 0.3]))), np.array([0.4, -1.0, 0.7])
     rise = np.zeros((20, 1, 3))
     rise[4 : 4 + airborne, 0, 2] = 0.5
-    found = ground.transform(*((points + rise) @ turn.T + shift for points in skin), tilt=True)
-    angle, height = off(found, turn, shift)
+    move = ground.transform(*((points + rise) @ turn.T + shift for points in skin), tilt=True)
+    angle, height = off(move, turn, shift)
     assert angle < 2.5
     assert abs(height) < 0.03
 
 
 def test_a_level_floor_keeps_its_normal(skin) -> None:
-    found = ground.transform(*(points + np.array([0.0, 0.0, 0.3]) for points in skin), tilt=False)
-    np.testing.assert_allclose(found[:3, :3], np.eye(3), atol=1e-12)
-    assert found[2, 3] == pytest.approx(-0.3, abs=0.02)
+    move = ground.transform(*(points + np.array([0.0, 0.0, 0.3]) for points in skin), tilt=False)
+    np.testing.assert_allclose(move[:3, :3], np.eye(3), atol=1e-12)
+    assert move[2, 3] == pytest.approx(-0.3, abs=0.02)
 
 
 def test_someone_who_lies_has_the_floor_under_the_body(skin) -> None:
     lying = rotations.matrix(rotations.exp(np.array([0.0, -np.pi / 2, 0.0])))
     moved = [points[:1] @ lying.T for points in skin]
     low = np.array([0.0, 0.0, moved[2][..., 2].min()])
-    found = ground.transform(*(points - low for points in moved), tilt=False)
-    assert abs(found[2, 3]) < 0.04
+    move = ground.transform(*(points - low for points in moved), tilt=False)
+    assert abs(move[2, 3]) < 0.04

@@ -13,10 +13,13 @@ from simrecon import kinematics, prior
 from simrecon import plan as plans
 from simrecon.body import known
 from simrecon.geometry import rotations
-from simrecon.kinematics import forward, retargeting
+from simrecon.kinematics import forward, layout, retargeting
 from simrecon.kinematics.contacts import contact_points
+from simrecon.kinematics.layout import FREE
+from simrecon.kinematics.supports import supports
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Body, Ground, KinematicFit, Scene, SceneItem
+from tests.support.gradients import differences
 
 RATE_HZ = 15.0
 STEP_M = 0.3
@@ -59,14 +62,7 @@ def squat(body: Body, floor_m: float = 0.0, frames: int = 14) -> Array:
 def touching_points(fit: KinematicFit) -> tuple[Array, Array]:
     """Lowest place (T,) of all contact points, and the corners of both soles (8, T, 3)."""
     touch = contact_points(fit.body.skeleton, fit.body.primitives)
-    rotvecs = np.concatenate(
-        (
-            np.zeros((1, len(fit.qpos), 3)),
-            np.swapaxes(rotations.log(fit.qpos[:, 7:].reshape(len(fit.qpos), -1, 4)), 0, 1),
-        )
-    )
-    base = rotations.matrix(fit.qpos[:, 3:7])
-    pose = forward.forward(fit.body.skeleton, fit.qpos[:, :3], base, rotvecs, 1.0)
+    pose = forward.forward(fit.body.skeleton, *layout.from_qpos(fit.qpos), 1.0)
     points = forward.points(pose, touch.segments, touch.offsets_m)
     return (points[..., 2] - touch.radii_m[:, None]).min(axis=0), points[touch.soles.ravel()]
 
@@ -109,17 +105,17 @@ def test_standing_feet_stand(person: Body, weights, other: str, floor_m: float) 
     body = OTHERS[other](person)
     scene = Scene(items=(STEP,)) if floor_m else Scene()
     fit = fitted(person, squat(person, floor_m), scene)
-    made = kinematics.retarget(fit, body, weights)
-    lowest, soles = touching_points(made)
+    moved = kinematics.retarget(fit, body, weights)
+    lowest, soles = touching_points(moved)
     np.testing.assert_allclose(soles[..., 2], floor_m, atol=0.004)
     assert np.linalg.norm(np.diff(soles, axis=1), axis=-1).max() * RATE_HZ < 0.03  # m/s
     assert lowest.min() > floor_m - 0.004
     scale = retargeting.scale_of(fit, body)
     assert scale == pytest.approx(known.leg_m(body.skeleton) / known.leg_m(person.skeleton))
     rows = [person.skeleton.point_names.index(name) for name in ("left_hip", "right_hip")]
-    before, after = (landmarks(f)[:, rows, 2] - floor_m for f in (fit, made))
+    before, after = (landmarks(f)[:, rows, 2] - floor_m for f in (fit, moved))
     np.testing.assert_allclose(after, scale * before, atol=0.04)
-    assert made.body is body
+    assert moved.body is body
 
 
 def test_the_way_scales_on_bare_ground_only(make, person: Body, weights: Kinematics) -> None:
@@ -130,13 +126,13 @@ def test_the_way_scales_on_bare_ground_only(make, person: Body, weights: Kinemat
     small = known.changed(person, height_m=1.4)
     far = replace(STEP, position_m=(9.0, 0.0, 0.0))
     ways = {}
-    for name, scene in (("bare", Scene()), ("things", Scene(items=(far,)))):
-        made = kinematics.retarget(fitted(person, qpos, scene), small, weights)
-        assert touching_points(made)[0].min() > -0.005
-        ways[name] = made.qpos[-1, :3] - made.qpos[0, :3]
+    for name, scene in (("bare", Scene()), ("items", Scene(items=(far,)))):
+        moved = kinematics.retarget(fitted(person, qpos, scene), small, weights)
+        assert touching_points(moved)[0].min() > -0.005
+        ways[name] = moved.qpos[-1, :3] - moved.qpos[0, :3]
     way = float(np.linalg.norm(walk.root_m[-1] - walk.root_m[0]))
     assert np.linalg.norm(ways["bare"]) == pytest.approx(0.8 * way, rel=0.05)
-    assert np.linalg.norm(ways["things"]) == pytest.approx(way, rel=0.05)
+    assert np.linalg.norm(ways["items"]) == pytest.approx(way, rel=0.05)
 
 
 def test_contacts_are_what_touches_and_rests(person: Body) -> None:
@@ -144,44 +140,31 @@ def test_contacts_are_what_touches_and_rests(person: Body) -> None:
     qpos[:, 0] += np.array([0.0, 0.0, 0.0, 0.0, 0.05, 0.1])  # slides at 0.75 m/s
     qpos[5, 2] += 0.1  # jumps
     touch = contact_points(person.skeleton, person.primitives)
-    rotvecs = np.zeros((17, 6, 3))
-    rotvecs[1:] = np.swapaxes(rotations.log(qpos[:, 7:].reshape(6, -1, 4)), 0, 1)
-    base = rotations.matrix(qpos[:, 3:7])
-    pose = forward.forward(person.skeleton, qpos[:, :3], base, rotvecs, 1.0)
-    found = retargeting.contacts(Scene(), touch, pose, 1 / RATE_HZ)
+    pose = forward.forward(person.skeleton, *layout.from_qpos(qpos), 1.0)
+    rest = supports(Scene(), touch, pose, 1 / RATE_HZ)
     soles = touch.soles.ravel()
-    np.testing.assert_allclose(found.touching[0, soles, :5], 1.0, atol=1e-6)
-    assert found.touching[0, soles, 5].max() < 1e-6
-    np.testing.assert_allclose(found.held[soles, :3], 1.0, atol=1e-6)
-    assert found.held[:, 3:].max() < 1e-3
-    np.testing.assert_allclose(found.support_m, 0.0, atol=1e-6)
+    np.testing.assert_allclose(rest.touching[0, soles, :5], 1.0, atol=1e-6)
+    assert rest.touching[0, soles, 5].max() < 1e-6
+    np.testing.assert_allclose(rest.held[soles, :3], 1.0, atol=1e-6)
+    assert rest.held[:, 3:].max() < 1e-3
+    np.testing.assert_allclose(rest.height_m, 0.0, atol=1e-6)
     head = touch.segments == person.skeleton.names.index("head")
-    assert found.touching[0, head].max() < 1e-6
-
-
-def differences(objective: retargeting.Retargeting, x: Array) -> Array:
-    """Central differences of the loss (n,), zero for scale and sole: the body is given."""
-    slopes = np.zeros_like(x)
-    for i in range(len(x) - 2):
-        step = np.zeros_like(x)
-        step[i] = 1e-6
-        slopes[i] = (objective(x + step)[0] - objective(x - step)[0]) / 2e-6
-    return slopes
+    assert rest.touching[0, head].max() < 1e-6
 
 
 def test_the_gradient_is_that_of_finite_differences(person: Body, weights: Kinematics) -> None:
     rng = np.random.default_rng(3)
     scene = Scene(Ground(0.01), (STEP,))
     fit = fitted(person, squat(person, STEP_M, frames=3), scene)
-    objective, start = retargeting.problem(fit, OTHERS["small"](person), weights)
+    objective, start = retargeting.retargeting(fit, OTHERS["small"](person), weights)
     near = replace(
         start,
         root_m=start.root_m + rng.normal(scale=0.02, size=start.root_m.shape),
         rotvecs=start.rotvecs + rng.normal(scale=0.1, size=start.rotvecs.shape),
     ).pack()
     objective(near)
-    assert min(objective.terms[name] for name in ("touch", "hold", "turn", "joint", "place")) > 1e-3
-    free = 54 * 3  # what all frames share is given with the body
+    assert min(objective.losses[name] for name in ("touch", "hold", "turn", "joint", "place")) > 1e-3
+    free = FREE * 3  # what all frames share is known with the body
     assert not objective(near)[1][free:].any()
     gradient, slopes = objective(near)[1][:free], differences(objective, near)[:free]
     np.testing.assert_allclose(gradient, slopes, rtol=0, atol=1e-6 * np.abs(slopes).max())

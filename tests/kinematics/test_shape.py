@@ -1,4 +1,4 @@
-"""The kinematic fit of a body of given or fitted shape."""
+"""The kinematic fit of a body of known or fitted shape."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from simrecon.types import Evidence, KinematicFit
 
 @pytest.fixture(scope="module")
 def clip() -> Evidence:
-    given = evidence.read(resources.folder("example") / "beam.npz")
-    return resample(replace(given, mass_kg=60.0))[0]
+    clip = evidence.read(resources.folder("example") / "beam.npz")
+    return resample(replace(clip, mass_kg=60.0))[0]
 
 
-def fitted(clip: Evidence, wanted: bodies.Wanted | None, *, poses: bool = True) -> KinematicFit:
-    things = scene.read(resources.folder("example") / "beam.toml")
+def fitted(clip: Evidence, request: bodies.Wanted | None, *, poses: bool = True) -> KinematicFit:
+    room = scene.read(resources.folder("example") / "beam.toml")
     settings = replace(plan.read("quick").kinematics, evaluations=30, poses=poses)
-    return kinematics.fit(clip, things, settings, wanted)
+    return kinematics.fit(clip, room, settings, request)
 
 
 def test_given_betas_make_the_body(clip: Evidence) -> None:
@@ -34,8 +34,8 @@ def test_given_betas_make_the_body(clip: Evidence) -> None:
     assert fit.body.height_m == pytest.approx(1.75, rel=0.05)
     assert mujoco.MjModel.from_xml_string(fit.body.mjcf).body_mass.sum() == pytest.approx(60.0, abs=1e-6)
     own = bodies.measure_template(shape.skeleton(betas))
-    found = bodies.measure_template(fit.body.skeleton)
-    np.testing.assert_allclose([found[n] / own[n] for n in own], found["thigh"] / own["thigh"], rtol=1e-6)
+    lengths = bodies.measure_template(fit.body.skeleton)
+    np.testing.assert_allclose([lengths[n] / own[n] for n in own], lengths["thigh"] / own["thigh"], rtol=1e-6)
 
 
 def test_the_shape_is_found_from_the_evidence(clip: Evidence) -> None:
@@ -44,7 +44,7 @@ def test_the_shape_is_found_from_the_evidence(clip: Evidence) -> None:
     head = sum(part.mass_kg for part in fit.body.primitives if part.segment == "head")
     assert head / fit.body.mass_kg == pytest.approx(0.4, abs=1e-5)
     # without a search, which may change lengths: the measured ones are those of either body
-    fit, before = (fitted(clip, given, poses=False) for given in (bodies.Wanted(), None))
+    fit, before = (fitted(clip, request, poses=False) for request in (bodies.Wanted(), None))
     assert len(before.body.betas) == 0
     measured = bodies.measure_template(fit.body.skeleton)
     ratio = [measured[n] / value for n, value in bodies.measure_template(before.body.skeleton).items()]

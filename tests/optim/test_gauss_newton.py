@@ -43,11 +43,11 @@ def test_the_weighted_squares_have_the_gradient_of_the_loss(rho, slope) -> None:
 def test_vectors_of_few_frames_are_those_of_the_last_ones() -> None:
     positions, velocities = RNG.normal(size=(2, 4, 5, 3)), RNG.normal(size=(2, 3, 3))
     terms = [Term(positions, 4.0), Term(velocities, 9.0)]
-    found = residuals(terms, [term.roots() for term in terms])
-    assert found.shape == (2, 4, 18)
-    np.testing.assert_allclose(found[..., :15], 2.0 * positions.reshape(2, 4, 15))
-    np.testing.assert_allclose(found[:, 1:, 15:], 3.0 * velocities)
-    assert not found[:, 0, 15:].any()
+    rows = residuals(terms, [term.roots() for term in terms])
+    assert rows.shape == (2, 4, 18)
+    np.testing.assert_allclose(rows[..., :15], 2.0 * positions.reshape(2, 4, 15))
+    np.testing.assert_allclose(rows[:, 1:, 15:], 3.0 * velocities)
+    assert not rows[:, 0, 15:].any()
 
 
 def test_lengths_below_the_floor_count_as_the_floor() -> None:

@@ -37,25 +37,25 @@ class Quadratic:
 
 @pytest.mark.parametrize("n", [2, 10, 30])
 def test_rosenbrock_minimum_is_found(n: int) -> None:
-    found = minimize(rosenbrock, np.tile([-1.2, 1.0], n // 2), max_evaluations=1000, ftol_rel=1e-14)
-    assert found.status is Status.CONVERGED
-    np.testing.assert_allclose(found.x, 1.0, atol=1e-6)
-    assert found.loss == rosenbrock(found.x)[0]
+    least = minimize(rosenbrock, np.tile([-1.2, 1.0], n // 2), max_evaluations=1000, ftol_rel=1e-14)
+    assert least.status is Status.CONVERGED
+    np.testing.assert_allclose(least.x, 1.0, atol=1e-6)
+    assert least.loss == rosenbrock(least.x)[0]
 
 
 def test_quadratic_of_two_thousand_variables() -> None:
     problem = Quadratic(2000, 1e3)
-    found = minimize(problem, np.zeros(2000), max_evaluations=2000, ftol_rel=1e-14)
-    assert found.status is Status.CONVERGED
-    np.testing.assert_allclose(found.x, problem.target, atol=1e-4)
+    least = minimize(problem, np.zeros(2000), max_evaluations=2000, ftol_rel=1e-14)
+    assert least.status is Status.CONVERGED
+    np.testing.assert_allclose(least.x, problem.target, atol=1e-4)
 
 
 def test_forty_five_thousand_variables_are_fast() -> None:
     problem = Quadratic(45_000, 10.0)
     begin = time.perf_counter()
-    found = minimize(problem, np.zeros(45_000), max_evaluations=500, ftol_rel=1e-12)
+    least = minimize(problem, np.zeros(45_000), max_evaluations=500, ftol_rel=1e-12)
     assert time.perf_counter() - begin < 5.0
-    np.testing.assert_allclose(found.x, problem.target, atol=1e-3)
+    np.testing.assert_allclose(least.x, problem.target, atol=1e-3)
 
 
 def test_looser_tolerance_stops_earlier() -> None:
@@ -71,8 +71,8 @@ def test_looser_tolerance_stops_earlier() -> None:
 @pytest.mark.parametrize("unit", [1e-14, 1e-3, 1.0, 1e6, 1e20])
 def test_unit_of_the_loss_does_not_matter(unit: float) -> None:
     problem = Quadratic(50, 100.0, offset=0.0, unit=unit)
-    found = minimize(problem, np.zeros(50), max_evaluations=500, ftol_rel=1e-12)
-    np.testing.assert_allclose(found.x, problem.target, atol=1e-4)
+    least = minimize(problem, np.zeros(50), max_evaluations=500, ftol_rel=1e-12)
+    np.testing.assert_allclose(least.x, problem.target, atol=1e-4)
 
 
 def test_evaluation_limit_is_kept_and_the_trace_descends() -> None:
@@ -83,21 +83,21 @@ def test_evaluation_limit_is_kept_and_the_trace_descends() -> None:
         calls += 1
         return rosenbrock(x)
 
-    found = minimize(counted, np.tile([-1.2, 1.0], 50), max_evaluations=23, ftol_rel=0.0)
-    assert calls == found.evaluations == found.trace.size == 23
-    assert found.status is Status.EVALUATIONS
-    assert (np.diff(found.trace) <= 0).all()
-    assert found.trace[-1] == found.loss < found.trace[0]
+    least = minimize(counted, np.tile([-1.2, 1.0], 50), max_evaluations=23, ftol_rel=0.0)
+    assert calls == least.evaluations == least.trace.size == 23
+    assert least.status is Status.EVALUATIONS
+    assert (np.diff(least.trace) <= 0).all()
+    assert least.trace[-1] == least.loss < least.trace[0]
 
 
 def test_evaluation_limit_is_kept_inside_a_line_search() -> None:
     def wall(x: Array) -> tuple[float, Array]:
         return (math.nan, x) if (x > 2).any() else (float(((x - 3) ** 2).sum()), 2 * (x - 3))
 
-    found = minimize(wall, np.zeros(4), max_evaluations=200, ftol_rel=1e-12)
-    assert found.evaluations <= 200
-    assert found.status in (Status.EVALUATIONS, Status.STALLED)
-    np.testing.assert_allclose(found.x, 2.0, atol=1e-2)
+    least = minimize(wall, np.zeros(4), max_evaluations=200, ftol_rel=1e-12)
+    assert least.evaluations <= 200
+    assert least.status in (Status.EVALUATIONS, Status.STALLED)
+    np.testing.assert_allclose(least.x, 2.0, atol=1e-2)
 
 
 @pytest.mark.parametrize("start", [0.01, 100.0, 1e4])
@@ -112,10 +112,10 @@ def test_search_backs_off_from_a_nan_region(start: float) -> None:
         seen_nan |= math.isnan(loss)
         return loss, 1 - target / x
 
-    found = minimize(barrier, np.full(5, start), max_evaluations=1000, ftol_rel=1e-13)
+    least = minimize(barrier, np.full(5, start), max_evaluations=1000, ftol_rel=1e-13)
     assert seen_nan or start < 1
-    assert found.status is Status.CONVERGED
-    np.testing.assert_allclose(found.x, target, rtol=1e-5)
+    assert least.status is Status.CONVERGED
+    np.testing.assert_allclose(least.x, target, rtol=1e-5)
 
 
 def test_nan_gradient_is_never_accepted() -> None:
@@ -123,32 +123,32 @@ def test_nan_gradient_is_never_accepted() -> None:
         gradient = 2 * (x - 2)
         return float(((x - 2) ** 2).sum()), np.where(x > 1.5, math.nan, gradient)
 
-    found = minimize(hole, np.zeros(3), max_evaluations=100, ftol_rel=1e-12)
-    assert (found.x <= 1.5).all()
-    assert found.loss == hole(found.x)[0] < 12.0
+    least = minimize(hole, np.zeros(3), max_evaluations=100, ftol_rel=1e-12)
+    assert (least.x <= 1.5).all()
+    assert least.loss == hole(least.x)[0] < 12.0
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_start_without_a_finite_loss_fails_at_once(bad: float) -> None:
     start = np.array([1.0, 2.0])
-    found = minimize(lambda x: (bad, x), start, max_evaluations=50, ftol_rel=0.0)
-    assert found.status is Status.FAILED
-    assert found.evaluations == 1
-    assert found.loss == math.inf
-    np.testing.assert_array_equal(found.x, start)
+    least = minimize(lambda x: (bad, x), start, max_evaluations=50, ftol_rel=0.0)
+    assert least.status is Status.FAILED
+    assert least.evaluations == 1
+    assert least.loss == math.inf
+    np.testing.assert_array_equal(least.x, start)
 
 
 def test_wrong_gradient_is_not_called_converged() -> None:
-    found = minimize(lambda x: (float(x @ x), -2 * x), np.ones(3), max_evaluations=100, ftol_rel=1e-9)
-    assert found.status is Status.STALLED
-    np.testing.assert_array_equal(found.x, np.ones(3))
+    least = minimize(lambda x: (float(x @ x), -2 * x), np.ones(3), max_evaluations=100, ftol_rel=1e-9)
+    assert least.status is Status.STALLED
+    np.testing.assert_array_equal(least.x, np.ones(3))
 
 
 def test_start_at_the_minimum() -> None:
     problem = Quadratic(5, 10.0)
-    found = minimize(problem, problem.target, max_evaluations=50, ftol_rel=1e-12)
-    assert found.status is Status.CONVERGED
-    np.testing.assert_array_equal(found.x, problem.target)
+    least = minimize(problem, problem.target, max_evaluations=50, ftol_rel=1e-12)
+    assert least.status is Status.CONVERGED
+    np.testing.assert_array_equal(least.x, problem.target)
 
 
 @pytest.mark.parametrize("error", [KeyError("pose"), RuntimeError(""), KeyboardInterrupt()])
@@ -171,17 +171,17 @@ def test_exception_passes_through_with_its_traceback(error: BaseException) -> No
 
 def test_bounds_hold_and_bind() -> None:
     problem = Quadratic(20, 10.0)
-    lower, upper = np.full(20, -0.5), np.full(20, 1.0)
+    lower = np.full(20, -0.5)
     inside = True
 
     def watched(x: Array) -> tuple[float, Array]:
         nonlocal inside
-        inside &= bool(((lower <= x) & (x <= upper)).all())
+        inside &= bool((lower <= x).all())
         return problem(x)
 
-    found = minimize(watched, np.zeros(20), max_evaluations=2000, ftol_rel=1e-14, lower=lower, upper=upper)
+    least = minimize(watched, np.zeros(20), max_evaluations=2000, ftol_rel=1e-14, lower=lower)
     assert inside
-    np.testing.assert_allclose(found.x, np.clip(problem.target, lower, upper), atol=1e-5)
+    np.testing.assert_allclose(least.x, np.maximum(problem.target, lower), atol=1e-5)
 
 
 def test_objective_may_keep_and_change_its_argument() -> None:
@@ -191,8 +191,8 @@ def test_objective_may_keep_and_change_its_argument() -> None:
         return result
 
     start = np.array([-1.2, 1.0])
-    found = minimize(changes, start, max_evaluations=200, ftol_rel=1e-14)
-    np.testing.assert_allclose(found.x, 1.0, atol=1e-6)
+    least = minimize(changes, start, max_evaluations=200, ftol_rel=1e-14)
+    np.testing.assert_allclose(least.x, 1.0, atol=1e-6)
     np.testing.assert_array_equal(start, [-1.2, 1.0])
 
 
@@ -201,12 +201,11 @@ def test_objective_may_keep_and_change_its_argument() -> None:
     [
         (np.zeros((2, 2)), {}, "x0"),
         (np.array([0.0, math.nan]), {}, "x0"),
-        (np.zeros(2), {"lower": np.ones(2)}, "outside the bounds"),
-        (np.zeros(2), {"upper": np.ones(3)}, "upper: shape"),
+        (np.zeros(2), {"lower": np.ones(2)}, "below the bounds"),
+        (np.zeros(2), {"lower": np.zeros(3)}, "lower: shape"),
         (np.zeros(2), {"lower": np.array([0.0, math.nan])}, "lower"),
         (np.zeros(2), {"max_evaluations": 0}, "max_evaluations 0"),
         (np.zeros(2), {"ftol_rel": -1.0}, "ftol_rel -1"),
-        (np.zeros(2), {"memory": 0}, "memory 0"),
     ],
 )
 def test_bad_arguments_are_named(start: Array, options: dict[str, object], what: str) -> None:

@@ -25,14 +25,13 @@ from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.results import folder as folders
 from simrecon.types import Scene
-
-SETTINGS: dict[str, Any] = {"plan_name": "tiny", "seed": 3, "threads": 1, "input_name": "squat.npz"}
+from tests.support.runs import job_of
 
 
 @pytest.fixture(scope="session")
 def written(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results") / "below" / "squat"
-    results.write(folder, run, **SETTINGS)
+    results.write(job_of(folder), run)
     return folder
 
 
@@ -66,7 +65,7 @@ def test_a_plain_loop_replays_every_frame_to_the_last_bit_from_the_files_alone(w
 
 
 def test_what_is_read_is_what_was_written(written: Path, run: Any) -> None:
-    motion = results.read(written)
+    motion = results.read_motion(written)
     for item in dataclasses.fields(motion):
         found, given = getattr(motion, item.name), getattr(run.motion, item.name)
         if isinstance(given, np.ndarray):
@@ -77,14 +76,21 @@ def test_what_is_read_is_what_was_written(written: Path, run: Any) -> None:
 
 
 def test_files(written: Path, run: Any) -> None:
-    assert names(written) == ["model.xml", "motion.npz", "overlay.png", "report.json", "scene.toml"]
+    assert names(written) == [
+        "job.toml",
+        "model.xml",
+        "motion.npz",
+        "overlay.png",
+        "report.json",
+        "scene.toml",
+    ]
     assert names(written.parent) == ["squat"]
     assert (written / "model.xml").read_text(encoding="utf-8") == run.problem.mjcf
     assert scenes.read(written / "scene.toml") == Scene()
 
 
 def test_same_run_same_motion_file(written: Path, run: Any, tmp_path: Path) -> None:
-    results.write(tmp_path / "again", run, **SETTINGS)
+    results.write(job_of(tmp_path / "again"), run)
     first, second = ((place / "motion.npz").read_bytes() for place in (written, tmp_path / "again"))
     assert hashlib.sha256(first).digest() == hashlib.sha256(second).digest()
 
@@ -92,8 +98,8 @@ def test_same_run_same_motion_file(written: Path, run: Any, tmp_path: Path) -> N
 def test_nothing_simulated_is_written_and_read_too(run: Any, tmp_path: Path) -> None:
     motion, audit = replay.record(run.problem, run.fit, (), run.motion.times_s, np.delete(np.arange(10), 4))
     nothing = replace(run, windows=(), motion=motion, audit=audit)
-    said = results.write(tmp_path / "out", nothing, **SETTINGS)
-    assert results.read(tmp_path / "out").ctrl.shape == (0, run.problem.model.nu)
+    said = results.write(job_of(tmp_path / "out"), nothing)
+    assert results.read_motion(tmp_path / "out").ctrl.shape == (0, run.problem.model.nu)
     assert said["frames"]["fallback_frames"] == list(range(1, 9))
     assert (said["frames"]["simulated"], said["frames"]["fallback"]) == (1, 8)
     assert said["totals"]["stepping_share"] is None
@@ -107,7 +113,7 @@ def test_report_says_where_it_came_from(written: Path, run: Any) -> None:
     said = report(written)
     assert said["schema"] == "simrecon.result/1"
     assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None, "exchanged": {}}
-    assert (said["plan_name"], said["seed"], said["threads"]) == ("tiny", 3, 1)
+    assert (said["plan_name"], said["seed"], said["threads"]) == ("quick", 3, 1)
     assert said["plan"] == plans.to_dict(run.problem.plan)
     assert set(said["versions"]) == {"simrecon", "python", "mujoco", "numpy", "scipy", "nlopt"}
     assert said["versions"]["mujoco"] == mujoco.__version__
@@ -165,9 +171,7 @@ def test_report_scores_what_needs_no_reference(written: Path, run: Any) -> None:
 def test_report_lists_frames_out_of_view_by_the_evidence_s_own_index(run: Any, tmp_path: Path) -> None:
     unseen = np.zeros(10, dtype=bool)
     unseen[[2, 4, 6]] = True  # the clip has no frame 4, so that frame 6 is its fifth from 0
-    said = results.write(
-        tmp_path / "out", replace(run, fit=replace(run.fit, interpolated=unseen)), **SETTINGS
-    )
+    said = results.write(job_of(tmp_path / "out"), replace(run, fit=replace(run.fit, interpolated=unseen)))
     assert said["frames"]["interpolated_frames"] == [2, 5]
     assert said["frames"]["interpolated"] == 2
     assert (said["frames"]["count"], said["frames"]["simulated"]) == (9, 9)
@@ -182,7 +186,7 @@ def test_report_has_no_number_for_what_is_not_known(run: Any, tmp_path: Path) ->
         camera=None,
     )
     fit = replace(run.fit, camera=None, reprojection_px=np.empty((10, 0)), loss={"limit": np.nan})
-    results.write(tmp_path / "out", replace(run, evidence=blind, fit=fit), **SETTINGS)
+    results.write(job_of(tmp_path / "out"), replace(run, evidence=blind, fit=fit))
     said = report(tmp_path / "out")
     assert said["metrics"]["mpjpe_2d_px"] is None
     assert said["kinematics"]["reprojection_median_px"] is None
@@ -198,13 +202,13 @@ def test_failure_leaves_nothing(run: Any, tmp_path: Path, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(overlay, "write", fail)
     with pytest.raises(InputError, match="no such video"):
-        results.write(tmp_path / "out", run, **SETTINGS)
+        results.write(job_of(tmp_path / "out"), run)
     assert names(tmp_path) == []
 
 
 def test_failure_keeps_the_earlier_result(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out"
-    results.write(out, run, **SETTINGS)
+    results.write(job_of(out), run)
     before = (out / "report.json").read_bytes()
     rename = Path.rename
 
@@ -215,16 +219,16 @@ def test_failure_keeps_the_earlier_result(run: Any, tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(Path, "rename", fail)
     with pytest.raises(InputError, match=r"out: can't be written \(No space left on device\)"):
-        results.write(out, run, **SETTINGS)
+        results.write(job_of(out), run)
     assert (out / "report.json").read_bytes() == before
     assert names(tmp_path) == ["out"]
 
 
 def test_earlier_result_is_replaced(run: Any, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    results.write(out, run, **SETTINGS)
+    results.write(job_of(out), run)
     (out / "overlay.mp4").write_bytes(b"of a run with a video")
-    results.write(out, run, **{**SETTINGS, "seed": 4})
+    results.write(job_of(out, seed=4), run)
     assert report(out)["seed"] == 4
     assert "overlay.mp4" not in names(out)
     assert names(tmp_path) == ["out"]
@@ -233,7 +237,7 @@ def test_earlier_result_is_replaced(run: Any, tmp_path: Path) -> None:
 def test_through_a_link_the_folder_behind_it_is_written(run: Any, tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    results.write(tmp_path / "link", run, **SETTINGS)
+    results.write(job_of(tmp_path / "link"), run)
     assert (tmp_path / "link").is_symlink()
     assert "motion.npz" in names(tmp_path / "real")
 
@@ -258,7 +262,7 @@ def only_a_model(folder: Path) -> None:
 def test_a_folder_of_other_things_is_refused(put: Callable[[Path], None], run: Any, tmp_path: Path) -> None:
     put(tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    for use in (results.check_writable, lambda out: results.write(out, run, **SETTINGS)):
+    for use in (results.check_writable, lambda out: results.write(job_of(out), run)):
         with pytest.raises(InputError, match="valid: a new or empty folder, or an earlier result") as caught:
             use(tmp_path)
         assert "\n" not in str(caught.value)
@@ -267,7 +271,7 @@ def test_a_folder_of_other_things_is_refused(put: Callable[[Path], None], run: A
 
 def test_a_result_to_which_something_was_added_is_refused(run: Any, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    results.write(out, run, **SETTINGS)
+    results.write(job_of(out), run)
     (out / "notes.txt").write_text("look at frame 5", encoding="utf-8")
     with pytest.raises(InputError, match=r"notes\.txt"):
         results.check_writable(out)
@@ -333,15 +337,15 @@ def test_damaged_motion_is_one_clear_line(
     with np.load(written / "motion.npz", allow_pickle=False) as motion:
         value = change(motion[key])
     with pytest.raises(InputError, match=r"motion\.npz: " + match) as caught:
-        results.read(changed(written, tmp_path, **{key: value}))
+        results.read_motion(changed(written, tmp_path, **{key: value}))
     assert "\n" not in str(caught.value)
 
 
 def test_no_result_is_one_clear_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere: found no such folder"):
-        results.read(tmp_path / "nowhere")
+        results.read_motion(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"motion\.npz: can't be read"):
-        results.read(tmp_path)
+        results.read_motion(tmp_path)
 
 
 # --- an independent check

@@ -15,14 +15,14 @@ import pytest
 
 from simrecon import cli, kinematics, resources, results
 from simrecon.errors import InputError
-from simrecon.results import folder as folders
 from simrecon.results import kinematic
+from tests.support.runs import job_of
 
 
 @pytest.fixture(scope="module")
 def finished(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results") / "squat"
-    results.write(folder, run, plan_name="quick", seed=3, threads=1, input_name="squat.npz")
+    results.write(job_of(folder), run)
     return folder
 
 
@@ -55,7 +55,7 @@ def test_the_fit_is_read_back_on_its_uniform_clock(run: Any, finished: Path) -> 
 def test_a_result_without_its_fit_is_refused(tmp_path: Path, run: Any) -> None:
     old = tmp_path / "old"
     alone = replace(run, motion=replace(run.motion, kinematic_qpos=None))
-    results.write(old, alone, plan_name="quick", seed=3)
+    results.write(job_of(old), alone)
     with pytest.raises(InputError, match="kinematic_qpos: found none"):
         kinematic.read(old)
 
@@ -67,7 +67,7 @@ def test_retarget_simulates_the_motion_on_another_body(finished: Path, hasty: Pa
     model = mujoco.MjModel.from_xml_path(str(target / "model.xml"))
     assert model.body_mass.sum() == pytest.approx(36.5, abs=1e-6)
     assert model.body("head").mass[0] == pytest.approx(0.4 * 36.5, abs=1e-4)
-    before, after = results.read(finished), results.read(target)
+    before, after = results.read_motion(finished), results.read_motion(target)
     np.testing.assert_array_equal(after.times_s, before.times_s)
     pelvis = before.joint_names.index("pelvis")
     ratio = after.joints_m[:, pelvis, 2] / before.joints_m[:, pelvis, 2]
@@ -83,8 +83,8 @@ def test_retarget_simulates_the_motion_on_another_body(finished: Path, hasty: Pa
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "found no other body; valid: one or more of --betas"),
-        (["--mass-kg", "-3"], "valid: a number from"),
+        ([], "found no other body; valid: one or more of --height-m"),
+        (["--mass-kg", "-3"], "must be a number from"),
         (["--betas", "9"], "--betas: found [9.0]"),
         (["--mass-distribution", "heavy_feet"], "invalid choice: 'heavy_feet'"),
         (["--height-m", "1.5", "--plan", "qick"], "did you mean 'quick'?"),
@@ -98,4 +98,4 @@ def test_mistakes_are_one_line(
     assert said in err
     assert err.count("\n") == 1
     assert not (tmp_path / "out").exists()
-    assert folders.read_report(finished)["plan_name"] == "quick"
+    assert results.read_report(finished)["plan_name"] == "quick"

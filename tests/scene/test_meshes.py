@@ -145,7 +145,7 @@ def test_simplification_keeps_the_shape(fine: trimesh.Trimesh) -> None:
         ({"file": "scene.toml"}, ("unknown format", ".stl, .obj")),
         ({"file": "text.stl"}, ("text.stl", "no finite triangles")),
         ({"file": "flat.ply"}, ("flat", "no volume")),
-        ({"file": "box.stl", "method": "hul"}, ("'hul' is unknown", "did you mean 'hull'", "parts, height")),
+        ({"file": "box.stl", "method": "hul"}, ("found 'hul'", "did you mean 'hull'", "hull, parts, height")),
         ({"file": "box.stl", "scale": -1}, ("scale", "above 0", "-1")),
         ({"file": "box.stl", "cells": 2.5}, ("cells", "whole number", "2.5")),
         ({"method": "hull"}, ("lacks the key 'file'",)),

@@ -112,7 +112,7 @@ grounds = st.builds(Ground, st.floats(-100, 100), frictions) | st.builds(
     frictions,
     st.floats(1e-6, 1.0),
     st.floats(-7, 7),
-    st.just("fit"),
+    calibrate=st.booleans(),
 )
 sprung = st.builds(Ground, stiffness_Npm=st.floats(100, 1e7), damping_Nspm=st.floats(0, 1e5))
 
@@ -126,6 +126,17 @@ sprung = st.builds(Ground, stiffness_Npm=st.floats(100, 1e7), damping_Nspm=st.fl
 )
 def test_round_trip(scene: Scene) -> None:
     assert scenes.parse(scenes.dumps(scene)) == scene
+
+
+def test_a_floor_to_be_calibrated() -> None:
+    scene = scenes.parse('[ground]\nstiffness_Npm = "fit"')
+    assert scene.ground == Ground(calibrate=True)
+    assert 'stiffness_Npm = "fit"' in scenes.dumps(scene)
+    with pytest.raises(InputError, match='"fit" is found by `simrecon run`'):
+        model_of(scene)
+    assert scenes.hard_floor(scene) == Scene()
+    sprung = scenes.parse("[ground]\nstiffness_Npm = 2e4\ndamping_Nspm = 300")
+    assert scenes.hard_floor(sprung) is sprung
 
 
 def test_files_round_trip(tmp_path: Path) -> None:
@@ -154,12 +165,16 @@ def test_files_round_trip(tmp_path: Path) -> None:
         ('kind = "box"', 'kind = "chair"', ("bench", "unknown key 'size_m'", "seat_height_m", "arms")),
         ('kind = "box"', 'kind = "boxx"', ("bench", "'boxx' is unknown", "did you mean 'box'", "box, beam")),
         ("friction = 0.5", "mass_kg = -1", ("rail", "mass_kg", "from 0.01", "-1")),
-        ('kind = "box"\n', "", ("item 1", "kind", "nothing")),
+        ('kind = "box"\n', "", ("item 1", "kind must be text in quotes", "None")),
         ('name = "bench"', "name = 3", ("item 1", "name", "3")),
         ('name = "bench"', 'name = "rail"', ("two items", "'rail'")),
         ("yaw_rad = 0.5", "yaw_deg = 30", ("bench", "'yaw_deg'", "yaw_rad")),
         ("[0.4, 1.2, 0.45]", "[0.4, 0, 0.45]", ("bench", "size_m", "above 0", "[0.4, 0, 0.45]")),
-        ("size_m = [0.4, 1.2, 0.45]", "size_m = [0.4, 1.2]", ("bench", "size_m", "three numbers")),
+        (
+            "size_m = [0.4, 1.2, 0.45]",
+            "size_m = [0.4, 1.2]",
+            ("bench", "size_m", "a list of three numbers above 0 and at most 1000"),
+        ),
         ("size_m = [0.4, 1.2, 0.45]", "length_m = 2", ("bench", "'length_m'", "size_m")),
         ("size_m = [0.4, 1.2, 0.45]\n", "", ("bench", "lacks", "'size_m'")),
         ("position_m = [1, 0.5, -0.1]", 'position_m = "here"', ("bench", "position_m", "'here'")),
@@ -191,7 +206,7 @@ def test_missing_file(tmp_path: Path) -> None:
 
 
 def test_unwritable_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't write"):
+    with pytest.raises(InputError, match="can't be written"):
         scenes.write(Scene(), tmp_path / "no" / "scene.toml")
 
 

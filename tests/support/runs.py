@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, pipeline, schedule
+from simrecon import kinematics, pipeline, planners, schedule
 from simrecon import plan as plans
-from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from simrecon.sim.state import initial_state, simulate
 from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Lens, Scene, Window, WindowResult
 from tests.support.window_results import solved
 
 HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
+
+
+def job_of(output: Path, **changes: Any) -> Job:
+    """The job that the squat is said to be of."""
+    settings: dict[str, Any] = {"plan": plans.read("quick"), "seed": 3, "threads": 1}
+    return Job("squat.npz", str(output), **(settings | changes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +133,8 @@ def standing() -> Held:
         loss={},
     )
     clock = schedule.clock(evidence.times_s, 0.01)
-    problem = problems.pose(fit, evidence, scenes.build(body.mjcf, scene, clock.step_s), clock, plan)
+    reference = planners.plan("none", fit, evidence, plan)
+    problem = problems.pose(fit, reference, evidence, clock, plan)
     return Held(problem, fit, stepped(problem), evidence)
 
 
@@ -150,4 +159,4 @@ def run() -> Reconstruction:
         joints_m=evidence.joints_m[kept],
         camera=cameras.at(evidence.camera, kept),
     )
-    return pipeline.reconstruct(evidence, Scene(), plan, seed=3, threads=1)
+    return pipeline.reconstruct(evidence, Scene(), plan, pipeline.Setup(seed=3, threads=1))

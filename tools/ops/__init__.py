@@ -1,1 +1,1 @@
-"""Scripts that look after the repository itself."""
+"""Programs that look after the repository and its runs."""

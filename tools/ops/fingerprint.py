@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,9 @@ import numpy as np
 
 FRAMES = 31
 """Frames of one second of a clip at 30 Hz, the first included."""
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+"""Commands run the code of this checkout, whatever is installed."""
 
 Digests = dict[str, str]
 Case = Callable[["Runner"], dict[str, Path]]
@@ -43,7 +47,9 @@ class Runner:
     def __call__(self, *arguments: str | Path) -> None:
         """Run one command; an exit status other than success or fallback ends the program."""
         words = [*self.command, *map(str, arguments)]
-        done = subprocess.run(words, cwd=self.work, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            words, cwd=self.work, env=ENVIRONMENT, capture_output=True, text=True, check=False
+        )
         if done.returncode not in (0, 3):
             raise SystemExit(f"{' '.join(words)}: exit status {done.returncode}\n{done.stderr}")
 
@@ -122,12 +128,14 @@ def digests(folder: Path) -> Digests:
         arrays = {key: archive[key] for key in sorted(archive.files)}
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     fit = {"kinematic_qpos": arrays["kinematic_qpos"]}
-    said = [report["kinematics"][key] for key in ("iterations", "loss_terms", "reprojection_median_px")]
+    summary = [report["kinematics"][key] for key in ("iterations", "loss_terms", "reprojection_median_px")]
     windows = [[window["loss"], window["loss_terms"]] for window in report["windows"]]
     return {
         "motion": _of_arrays(PUBLISHED, arrays),
         "model": hashlib.sha256((folder / "model.xml").read_bytes()).hexdigest(),
-        "fit": _of_arrays(tuple(fit), fit, json.dumps([said, report["person"]["height_m"]], sort_keys=True)),
+        "fit": _of_arrays(
+            tuple(fit), fit, json.dumps([summary, report["person"]["height_m"]], sort_keys=True)
+        ),
         "losses": hashlib.sha256(json.dumps(windows, sort_keys=True).encode()).hexdigest(),
     }
 

@@ -39,9 +39,9 @@ def drafted(problem: Problem, windows: Sequence[Window], start: Handover, thread
         return problem
     count = threads() if callable(threads) else threads
     with unlogged(), ThreadPoolExecutor(count or processor.cores()) as pool:
-        found = list(pool.map(lambda window: _knots(problem, window, start, steps), windows))
+        handovers = list(pool.map(lambda window: _knots(problem, window, start, steps), windows))
     draft = problem.draft_rad.copy()
-    for own in found:  # the next window takes over where it begins
+    for own in handovers:  # the next window takes over where it begins
         draft[own.first : own.first + len(own.knots_rad)] = own.knots_rad
     return replace(problem, draft_rad=draft)
 
@@ -54,8 +54,7 @@ def _knots(problem: Problem, window: Window, start: Handover, steps: int) -> Han
     descent = Descent.begin(Task(problem, window, start), simulator)
     for _ in range(steps):
         descent.step()
-    knots, shape = descent.task.knots, descent.task.shape
-    return Handover(start.state, descent.x[: shape[0] * shape[1]].reshape(shape), knots.start)
+    return Handover(start.state, descent.task.knots_of(descent.x), descent.task.knots.start)
 
 
 def _kinematic_state(problem: Problem, window: Window) -> Array:

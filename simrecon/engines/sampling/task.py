@@ -2,43 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.engines.problem import Problem
-from simrecon.engines.sampling import losses
-from simrecon.geometry import rotations, splines
-from simrecon.optim.gauss_newton import Term
+from simrecon.engines.sampling import terms as loss_terms
+from simrecon.engines.sampling.terms import Seen, Targets
+from simrecon.geometry import splines
+from simrecon.optim import gauss_newton
 from simrecon.sim import rollout
 from simrecon.sim.address import locate
 from simrecon.sim.rollout import Rollouts, Simulator
-from simrecon.sim.state import component, simulate
-from simrecon.types import Array, Handover, IntArray, Window, WindowResult
+from simrecon.sim.state import displace, simulate
+from simrecon.types import Array, Handover, IntArray, Window
 
 # How far the unknowns may go, in initial standard deviations of the first state.
 START_BOUND = 10.0
-# Frames before its own that a term of the loss looks at, at most: those of the total variation.
-DIFFERENCES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class _Targets:
-    """Targets of the loss at the F frames of a window, the first included."""
+class Committed:
+    """The first part of a window, stepped for good.
 
-    orientations: Array
-    com_m: Array
-    points_m: Array
-    rays: Array
-    scores: Array
-    world_to_camera: Array | None
+    Attributes:
+        ctrl: (K, nu) control. states: (K + 1, nstate) full states, the first included.
+        handover: to the next window.
+    """
 
-    def later(self, since: int) -> _Targets:
-        """Those of the frames from `since` on."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return replace(self, **{name: value[since:] for name, value in values.items() if value is not None})
+    ctrl: Array
+    states: Array
+    handover: Handover
 
 
 class Task:
@@ -47,6 +42,7 @@ class Task:
     Attributes:
         window: which part of the clip.
         at_steps: (F,) steps that the loss looks at, the first one included.
+        terms: of the loss.
     """
 
     def __init__(self, problem: Problem, window: Window, handover: Handover) -> None:
@@ -61,17 +57,10 @@ class Task:
         at_s = np.minimum(times_s, last_s)
         self._basis = splines.basis(at_s, spacing, self.shape[0], self.knots.start * spacing)  # (N + 1, Q)
         self._base = problem.targets_rad[window.start_step : window.end_step + 1]  # (N + 1, nu)
-        rows = problem.frames(window)
-        self.at_steps: IntArray = rows * clock.stride - window.start_step
-        self._targets = _Targets(
-            problem.orientations[rows],
-            problem.com_m[rows],
-            problem.points_m[rows],
-            problem.rays[rows],
-            problem.scores[rows],
-            None if problem.world_to_camera is None else problem.world_to_camera[rows],
-        )
-        self._prior_rows, self._prior_share = _subset(len(rows), problem)
+        frames = problem.frames(window)
+        self.at_steps: IntArray = frames * clock.stride - window.start_step
+        self.terms = loss_terms.of_window(problem, len(frames))
+        self._targets = Targets.at(problem, frames)
         optimiser = problem.plan.optimiser
         free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
         self._free = 2 * locate(problem.model).nv if free else 0
@@ -90,6 +79,10 @@ class Task:
                 knots[known:] = knots[known - 1]
         return np.concatenate((knots.ravel(), np.zeros(self._free)))
 
+    def knots_of(self, x: Array) -> Array:
+        """Knots (..., Q, nu) of unknowns (..., n)."""
+        return x[..., : self.shape[0] * self.shape[1]].reshape(*x.shape[:-1], *self.shape)
+
     def deviations(self) -> Array:
         """Initial standard deviations (n,) of the unknowns."""
         optimiser = self.problem.plan.optimiser
@@ -105,8 +98,7 @@ class Task:
 
     def control(self, samples: Array) -> Array:
         """Control (P, N + 1, nu) of unknowns (P, n)."""
-        knots = samples[:, : self.shape[0] * self.shape[1]].reshape(-1, *self.shape)
-        ctrl: Array = self._base + self._basis @ knots
+        ctrl: Array = self._base + self._basis @ self.knots_of(samples)
         return ctrl
 
     def states(self, samples: Array) -> Array:
@@ -114,14 +106,16 @@ class Task:
         states = np.repeat(self.handover.state[None], len(samples), axis=0)
         if self._free:
             model, own = self.problem.model, self._free // 2
-            qpos = component(model, states, mujoco.mjtState.mjSTATE_QPOS)
-            qvel = component(model, states, mujoco.mjtState.mjSTATE_QVEL)
-            offsets = np.zeros((len(samples), 2, model.nv))
-            offsets[..., :own] = samples[:, -self._free :].reshape(-1, 2, own)
-            qvel += offsets[:, 1]
-            for row, offset in zip(qpos, np.ascontiguousarray(offsets[:, 0]), strict=True):
-                mujoco.mj_integratePos(model, row, offset, 1.0)
+            offsets = np.zeros((2, len(samples), model.nv))
+            offsets[..., :own] = samples[:, -self._free :].reshape(-1, 2, own).swapaxes(0, 1)
+            displace(model, states, *offsets)
         return states
+
+    def started(self, rows: IntArray) -> IntArray:
+        """First step (len(rows),) on which the unknowns `rows` act."""
+        acts = (self._basis[:-1] > 0).argmax(axis=0)  # (Q,)
+        knot = rows // self.shape[1]
+        return np.where(knot < len(acts), acts[np.minimum(knot, len(acts) - 1)], 0)
 
     def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
         """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
@@ -130,104 +124,30 @@ class Task:
             own = samples[part]
             rolled = simulator.run(self.states(own), self.control(own), self.at_steps)
             with np.errstate(all="ignore"):
-                terms = self._terms(rolled)
-            return terms, rolled.finite & np.isfinite(sum(terms.values()))
+                seen = self._seen(rolled)
+                values = {term.name: term.weight * term.value(seen) for term in self.terms}
+            return values, rolled.finite & np.isfinite(sum(values.values()))
 
         parts = simulator.each(measured, rollout.pieces(len(samples), simulator.population))
-        names = parts[0][0]
         return (
-            {name: np.concatenate([terms[name] for terms, _ in parts]) for name in names},
+            {term.name: np.concatenate([values[term.name] for values, _ in parts]) for term in self.terms},
             np.concatenate([finite for _, finite in parts]),
         )
 
-    def _terms(self, rolled: Rollouts) -> dict[str, Array]:
-        problem, target, weights = self.problem, self._targets, self.problem.plan.loss
-        points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
-        orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
-        terms = {
-            "com_position": losses.com_position(rolled.com_m, target.com_m),
-            "com_velocity": losses.com_velocity(rolled.com_m, target.com_m, problem.interval_s),
-        }
-        if weights.pose:
-            terms["pose"] = losses.pose(orientations, target.orientations)
-        if weights.landmark:
-            terms["landmark"] = losses.landmark(points, target.points_m, problem.point_weights)
-        if weights.landmark_velocity:
-            terms["landmark_velocity"] = losses.landmark_velocity(
-                points, target.points_m, problem.point_weights, problem.interval_s
-            )
-        if weights.reprojection and target.world_to_camera is not None:
-            terms["reprojection"] = losses.reprojection(
-                points, target.rays, target.scores, target.world_to_camera
-            )
-        if weights.joint_limit:
-            terms["joint_limit"] = losses.joint_limit(losses.joint_rotvecs(orientations), problem.limits_rad)
-        if weights.prior:
-            seen = orientations[:, self._prior_rows, 1:]
-            terms["prior"] = losses.prior(problem.prior.latent(seen)) * self._prior_share
-        if weights.total_variation:
-            terms["total_variation"] = losses.total_variation(points[:, :, problem.joint_rows])
-        return {name: getattr(weights, name) * value for name, value in terms.items()}
+    def residuals(self, rolled: Rollouts, since: int = 0) -> list[gauss_newton.Term]:
+        """The terms of the loss as vectors, for Gauss-Newton steps; of rollouts at frames from `since` on.
 
-    def residuals(self, rolled: Rollouts, since: int = 0) -> list[Term]:
-        """The terms of the loss as vectors, for Gauss-Newton steps; of rollouts at frames from `since` on."""
-        problem, weights = self.problem, self.problem.plan.loss
-        target = self._targets.later(since)
-        points = rolled.points_m[:, :, problem.point_rows]  # (P, F, M, 3)
-        orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)  # (P, F, 17, 4)
-        com_off, off = rolled.com_m - target.com_m, points - target.points_m
-        rate = 1.0 / problem.interval_s
-        terms = [
-            Term(com_off, weights.com_position),
-            Term(rate * np.diff(com_off, axis=1), weights.com_velocity),
-            Term(off, weights.landmark * problem.point_weights),
-        ]
-        if weights.landmark_velocity:
-            terms.append(Term(rate * np.diff(off, axis=1), weights.landmark_velocity * problem.point_weights))
-        if weights.pose:
-            turn = rotations.log(rotations.multiply(rotations.conjugate(target.orientations), orientations))
-            terms.append(Term(0.5 * turn, weights.pose, np.ones_like, floor=0.025))
-        if weights.reprojection and target.world_to_camera is not None:
-            image = losses.image_plane(points, target.world_to_camera) - target.rays
-            terms.append(Term(image, weights.reprojection * target.scores, np.ones_like, floor=0.005))
-        if weights.joint_limit:
-            over = losses.limit_excess(losses.joint_rotvecs(orientations), problem.limits_rad)
-            terms.append(Term(over[..., None], weights.joint_limit, losses.joint_limit_slope, floor=0.03))
-        if weights.prior:
-            rows = self._prior_rows[self._prior_rows >= since] - since
-            latent = problem.prior.latent(orientations[:, rows, 1:])
-            code = np.zeros((*orientations.shape[:2], latent.shape[-1]))
-            code[:, rows] = latent
-            terms.append(Term(code, weights.prior * self._prior_share, np.ones_like))
-        if weights.total_variation:
-            jerk = np.diff(points[:, :, problem.joint_rows], n=DIFFERENCES, axis=1)
-            share = weights.total_variation / jerk.shape[2]
-            terms.append(Term(jerk[..., None], share, np.ones_like, floor=0.001))
-        return terms
+        Plain squares come first.
+        """
+        seen = self._seen(rolled, since)
+        return [term.residual(seen) for term in sorted(self.terms, key=lambda term: term.robust)]
 
-    def started(self, rows: IntArray) -> IntArray:
-        """First step (len(rows),) on which the unknowns `rows` act."""
-        acts = (self._basis[:-1] > 0).argmax(axis=0)  # (Q,)
-        knot = rows // self.shape[1]
-        return np.where(knot < len(acts), acts[np.minimum(knot, len(acts) - 1)], 0)
+    def _seen(self, rolled: Rollouts, since: int = 0) -> Seen:
+        return Seen.of(rolled, self.problem.point_rows, self._targets.later(since), since)
 
-    def commit(self, x: Array, **result: object) -> WindowResult:
+    def commit(self, x: Array) -> Committed:
         """Step the window's first part for good under the unknowns x (n,), and hand over."""
         kept = self.window.commit_step - self.window.start_step
         ctrl = self.control(x[None])[0, :kept]
         states = simulate(self.problem.model, self.states(x[None])[0], ctrl)
-        knots = x[: self.shape[0] * self.shape[1]].reshape(self.shape).copy()
-        return WindowResult(
-            window=self.window,
-            ctrl=ctrl,
-            states=states,
-            handover=Handover(states[-1], knots, self.knots.start),
-            **result,  # type: ignore[arg-type]
-        )
-
-
-def _subset(frames: int, problem: Problem) -> tuple[IntArray, float]:
-    """Of the F frames of the loss, those that the prior looks at, and how many each stands for."""
-    stride = max(1, round(1 / (problem.plan.loss.prior_rate_hz * problem.interval_s)))
-    rows = np.arange(frames - 1, -1, -stride)[::-1]
-    return rows, frames / len(rows)
+        return Committed(ctrl, states, Handover(states[-1], self.knots_of(x).copy(), self.knots.start))

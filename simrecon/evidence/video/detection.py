@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
 import json
-import os
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -21,6 +19,7 @@ from simrecon.evidence.video import frames, swaps, tracker, weights
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.networks import Networks
 from simrecon.evidence.video.tracker import Choice, Tracker
+from simrecon.io import atomic
 from simrecon.io.arrays import Arrays, parse_npz
 from simrecon.types import Array
 
@@ -216,16 +215,9 @@ def save(path: Path, detection: Detection) -> None:
     content: dict[str, Any] = {"schema": SCHEMA, **asdict(detection)}
     for large in ("points_px", "scores", "world_m", "frame_ms"):
         content[large] = content[large].astype(np.float32)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **{k: np.asarray(v) for k, v in content.items()})
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     with contextlib.suppress(OSError):
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            partial.write_bytes(buffer.getvalue())
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        atomic.write_npz(path, content)
 
 
 def load(path: Path) -> Detection | None:

@@ -6,7 +6,6 @@ there: npm (every model) or pip (detector and `full`). Each file is compared wit
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
 import shutil
@@ -21,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from simrecon.errors import InputError, SimreconError
+from simrecon.io import atomic
 
 NPM_PACKAGE = "@mediapipe/pose@0.5.1675469404"
 PIP_PACKAGE = "mediapipe==0.10.21"
@@ -169,7 +169,7 @@ def run(command: Sequence[str], cwd: Path) -> None:
     """
     try:
         done = subprocess.run(
-            command,
+            (shutil.which(command[0]) or command[0], *command[1:]),  # on Windows npm is a script
             cwd=cwd,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -262,10 +262,4 @@ def _keep(one: Weights, content: bytes, package: str) -> None:
         )
     target = folder() / one.file
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, target)
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+    atomic.write_bytes(target, content)

@@ -1,0 +1,120 @@
+"""`simrecon scene check`, `show` and `suggest`: a scene and the kinematic motion in it."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+
+from simrecon import evidence, kinematics, plan
+from simrecon import scene as scenes
+from simrecon.body import names
+from simrecon.drawing import stage, video
+from simrecon.errors import InputError
+from simrecon.evidence import resample
+from simrecon.scene import check, edit, files, meshes, parts, suggest
+from simrecon.sim.address import with_items_at_rest
+from simrecon.types import KinematicFit, Scene
+
+PLAN = "quick"
+LEAST_DEPTH_M = 0.005
+
+
+def check_motion(options: argparse.Namespace) -> int:
+    """Check the file, and what the kinematic motion goes through."""
+    scene = scenes.read(options.file)
+    print(listed(scene))
+    if options.evidence is None:
+        return 0
+    fit = _fitted(options, scene)
+    frame_s = float(fit.times_s[1] - fit.times_s[0])
+    model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, scenes.hard_floor(scene), frame_s))
+    entries = check.penetrations(model, scene, with_items_at_rest(model, fit.qpos))
+    deep = [entry for entry in entries if entry.depth_m.max() > LEAST_DEPTH_M]
+    print(
+        f"\nkinematic motion, {len(fit.qpos)} frames: goes more than {1e3 * LEAST_DEPTH_M:.0f} mm into",
+        end=" ",
+    )
+    print("nothing" if not deep else f"{len(deep)} of {len(scene.items) + 1}")
+    for entry in deep:
+        worst = entry.deepest
+        spans = entry.spans(LEAST_DEPTH_M)
+        when = ", ".join(f"{fit.times_s[a]:.2f}-{fit.times_s[b]:.2f} s" for a, b in spans[:6])
+        more = f" and {len(spans) - 6} times more" if len(spans) > 6 else ""
+        deepest = f"{1e3 * entry.depth_m[worst]:.0f} mm at {fit.times_s[worst]:.2f} s ({entry.parts[worst]})"
+        print(f"{entry.name:<16} {deepest}; {when}{more}")
+    check.refuse_start(model, scene, with_items_at_rest(model, fit.qpos[:1])[0])
+    return 0
+
+
+def show(options: argparse.Namespace) -> int:
+    """Draw scene and motion."""
+    scene = scenes.read(options.file)
+    fit = None if options.evidence is None else _fitted(options, scene)
+    path = Path(options.output or Path(options.file).with_suffix(".png"))
+    if path.suffix.lower() != ".png":
+        raise InputError(f"{path}: is no .png; valid: a name that ends in .png")
+    video.write_image(path, stage.draw(scene, fit))
+    print(listed(scene))
+    print(f"written   {path}")
+    return 0
+
+
+def propose(options: argparse.Namespace) -> int:
+    """Suggest supports that the motion needs."""
+    scene = scenes.read(options.scene) if options.scene else Scene()
+    seen = evidence.read(options.evidence)
+    metric = options.height_m is not None or seen.height_m is not None or seen.joints_frame == "world"
+    if not metric:
+        print(
+            "# the person's height is not given, and one camera can't tell small and near from tall and far:"
+        )
+        print("# only seats can be found, not beams and steps under the feet; --height-m helps")
+    fit = _fitted(options, scene, floating=metric)
+    suggestions = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
+    for entry in suggestions:
+        spans = ", ".join(f"{a}-{b}" for a, b in entry.spans)
+        seconds = ", ".join(f"{fit.times_s[a]:.2f}-{fit.times_s[b]:.2f}" for a, b in entry.spans)
+        print(f"# {entry.why}\n# frames {spans} ({seconds} s)")
+        print(files.dumps_item(entry.item))
+    if not suggestions:
+        print("# the motion needs no support but what is known")
+    if options.output:
+        edited = edit.Edited.read(options.scene) if options.scene else edit.Edited(files.dumps(scene))
+        for entry in suggestions:
+            edited.add(entry.item)
+        edited.save(options.output)
+        print(f"# written: {options.output}")
+    return 0
+
+
+def _fitted(options: argparse.Namespace, scene: Scene, floating: bool = False) -> KinematicFit:
+    """Kinematic fit to the evidence as `run` makes it; `floating`: nothing holds the body to the scene."""
+    seen = evidence.read(options.evidence)
+    evidence.check_names(seen, names.valid_names(), options.evidence)
+    if options.height_m is not None:
+        seen = replace(seen, height_m=options.height_m)
+    if options.mass_kg is not None:
+        seen = replace(seen, mass_kg=options.mass_kg)
+    uniform, _ = resample(seen)
+    weights = plan.read(PLAN).kinematics
+    if floating:
+        weights = kinematics.floating(weights)
+    return kinematics.fit(uniform, scene, weights)
+
+
+def listed(scene: Scene) -> str:
+    """The scene for people, one line an item."""
+    ground = ", ".join(f"{key} {value}" for key, value in files.tables(scene)["ground"].items())
+    lines = [f"{edit.GROUND:<16} {ground}"]
+    for item in scene.items:
+        place = ", ".join(f"{value:g}" for value in item.position_m)
+        mass = "" if item.mass_kg is None else f", movable, {item.mass_kg:g} kg"
+        lines.append(f"{item.name:<16} {item.kind} at ({place}) m, turned {item.yaw_rad:g} rad{mass}")
+        if item.kind == "mesh":
+            lines[-1] += "; " + meshes.note(item, scene.folder)
+        if item.kind == "trampoline":
+            lines[-1] += f"; {parts.natural_frequency_hz(item):.2f} Hz under {parts.RATED_KG:g} kg"
+    return "\n".join(lines)

@@ -1,0 +1,87 @@
+"""What rollouts show at the frames of a window, beside what they are compared with; shared by all terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from simrecon.engines.problem import Problem
+from simrecon.sim.rollout import Rollouts
+from simrecon.types import Array, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """What the loss compares rollouts with at F frames.
+
+    Attributes:
+        com_m: (F, 3). points_m: (F, M, 3). orientations: (F, 17, 4).
+        rays: (F, M, 2) undistorted detections x/z, y/z; scores: (F, M), zero where not seen.
+        world_to_camera: (F, 4, 4), or None without a camera.
+    """
+
+    com_m: Array
+    points_m: Array
+    orientations: Array
+    rays: Array
+    scores: Array
+    world_to_camera: Array | None
+
+    @classmethod
+    def at(cls, problem: Problem, frames: IntArray) -> Targets:
+        """Those of some frames (F,) of a clip."""
+        camera = problem.world_to_camera
+        return cls(
+            com_m=problem.com_m[frames],
+            points_m=problem.points_m[frames],
+            orientations=problem.orientations[frames],
+            rays=problem.rays[frames],
+            scores=problem.scores[frames],
+            world_to_camera=None if camera is None else camera[frames],
+        )
+
+    def later(self, since: int) -> Targets:
+        """Those of the frames from `since` on."""
+        camera = self.world_to_camera
+        return Targets(
+            com_m=self.com_m[since:],
+            points_m=self.points_m[since:],
+            orientations=self.orientations[since:],
+            rays=self.rays[since:],
+            scores=self.scores[since:],
+            world_to_camera=None if camera is None else camera[since:],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """P rollouts at the last F frames of a window.
+
+    Attributes:
+        com_m: (P, F, 3) centre of mass. points_m: (P, F, M, 3) points of the body.
+        orientations: (P, F, 17, 4) root and joint quaternions.
+        targets: of the same frames.
+        since: frames of the window before these.
+    """
+
+    com_m: Array
+    points_m: Array
+    orientations: Array
+    targets: Targets
+    since: int = 0
+
+    @classmethod
+    def of(cls, rolled: Rollouts, point_rows: IntArray, targets: Targets, since: int = 0) -> Seen:
+        """Rollouts whose sites `point_rows` (M,) are the points of the body; `targets` of their frames."""
+        orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)
+        return cls(rolled.com_m, rolled.points_m[:, :, point_rows], orientations, targets, since)
+
+    @cached_property
+    def com_off_m(self) -> Array:
+        """Centre of mass from its target, (P, F, 3)."""
+        return self.com_m - self.targets.com_m
+
+    @cached_property
+    def points_off_m(self) -> Array:
+        """Points from their targets, (P, F, M, 3)."""
+        return self.points_m - self.targets.points_m

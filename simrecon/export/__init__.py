@@ -1,1 +1,0 @@
-"""A result as files of other programs."""

@@ -1,0 +1,67 @@
+"""Chosen frames of a result as a picture: the body in its scene, with the forces on it as arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from simrecon.drawing import overlay, video
+from simrecon.errors import InputError
+from simrecon.replay import SIMULATED
+from simrecon.results import open_result
+from simrecon.types import IntArray, Motion
+
+WORDS = ("lowest", "highest", "hardest")
+"""Frames by what happens there: lowest and highest centre of mass, greatest force of the scene."""
+TILE_PX = 480
+
+
+def write(result: Path | str, target: Path | str, at: Sequence[str]) -> IntArray:
+    """Write a PNG of a result's frames, side by side.
+
+    Args:
+        result: folder.
+        target: file, `.png`.
+        at: seconds, or one of `WORDS`, each.
+
+    Returns:
+        The frames.
+
+    Raises:
+        InputError: the result can't be read, the file not written, or a frame is not there.
+    """
+    if Path(target).suffix.lower() != ".png":
+        raise InputError(f"{target}: is no .png; valid: a name that ends in .png")
+    opened = open_result(result)
+    motion = opened.motion
+    chosen = np.array([frame(motion, word) for word in at])
+    video.write_image(target, overlay.sheet(opened.clip(), tile_px=TILE_PX, frames=chosen))
+    return chosen
+
+
+def frame(motion: Motion, word: str) -> int:
+    """The frame nearest to a time in seconds, or that of one of `WORDS`.
+
+    Raises:
+        InputError: neither, or a time outside the motion.
+    """
+    simulated = motion.status == SIMULATED
+    measures = {
+        "lowest": -motion.com_m[:, 2],
+        "highest": motion.com_m[:, 2],
+        "hardest": np.linalg.norm(motion.grf_N, axis=-1),
+    }
+    if word in measures:
+        return int(np.where(simulated, measures[word], -np.inf).argmax())
+    first, last = float(motion.times_s[0]), float(motion.times_s[-1])
+    try:
+        time = float(word)
+    except ValueError:
+        time = np.nan
+    if not first <= time <= last:
+        raise InputError(
+            f"--at: found {word!r}; valid: seconds from {first:g} to {last:g}, {', '.join(WORDS)}"
+        )
+    return int(np.abs(motion.times_s - time).argmin())

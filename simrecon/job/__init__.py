@@ -1,0 +1,9 @@
+"""What a user asks for: the whole of it in one frozen `Job`, read from and written to `job.toml`."""
+
+from __future__ import annotations
+
+from simrecon.job.files import absolute, dumps, identity, read
+from simrecon.job.options import Person, Reading
+from simrecon.job.request import Hashes, Job
+
+__all__ = ["Hashes", "Job", "Person", "Reading", "absolute", "dumps", "identity", "read"]

@@ -1,0 +1,113 @@
+"""`job.toml` (`simrecon.job/1`) ↔ `Job`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from simrecon import plan as plans
+from simrecon.errors import InputError
+from simrecon.io import provenance, tables, toml
+from simrecon.io.values import check_keys
+from simrecon.job.options import Person, Reading
+from simrecon.job.request import Hashes, Job, hashes
+from simrecon.scene import files as scene_files
+from simrecon.types import Scene
+
+SCHEMA = "simrecon.job/1"
+SECTIONS = {"reading": Reading, "person": Person, "sha256": Hashes}
+_OWN_FORM = (*SECTIONS, "scene", "plan")
+_PATHS = ("input", "output", "video", "detected", "start")
+
+
+def read(path: Path | str) -> Job:
+    """Read a job; relative paths begin at its folder.
+
+    Raises:
+        InputError: it can't be read, lacks a key, or holds an unknown or impossible one.
+    """
+    table = toml.load(path, "job")
+    where = f"{path}:"
+    schema = table.pop("schema", None)
+    if schema != SCHEMA:
+        raise InputError(f"{where} schema is {schema!r}; valid: {SCHEMA!r}")
+    folder = Path(path).resolve().parent
+    known: dict[str, Any] = {
+        name: tables.build(kind, table.pop(name, {}), f"{where} [{name}]") for name, kind in SECTIONS.items()
+    }
+    known["scene"] = _scene(table.pop("scene", {}), path, folder)
+    known["plan"] = _plan(table.pop("plan", "default"), path)
+    plain = {name: key for name, key in tables.keys(Job).items() if name not in _OWN_FORM}
+    check_keys(where, table, plain, ("input", "output"))
+    for name, value in table.items():
+        known[name] = tables.check(plain[name], value, where)
+    return with_paths(Job(**known), lambda file: str((folder / file).resolve()))
+
+
+def dumps(job: Job) -> str:
+    """The text of a job; `read` gives an equal one if its paths are absolute (`absolute`)."""
+    content: dict[str, Any] = {"schema": SCHEMA}
+    for item in fields(Job):
+        if item.name not in _OWN_FORM and getattr(job, item.name) is not None:
+            content[item.name] = getattr(job, item.name)
+    for name in SECTIONS:
+        content[name] = tables.to_table(getattr(job, name))
+    content["scene"] = {"folder": job.scene.folder, **scene_files.tables(job.scene)}
+    content["plan"] = {"name": job.plan.name, **plans.to_dict(job.plan)}
+    return toml.dumps(content)
+
+
+def absolute(job: Job) -> Job:
+    """The job with absolute paths, to be read back anywhere."""
+    scene = replace(job.scene, folder=str(Path(job.scene.folder).resolve()))
+    return with_paths(replace(job, scene=scene), lambda file: str(Path(file).resolve()))
+
+
+def identity(job: Job) -> str:
+    """Hash of all of a job that its motion depends on: what files hold, settings, the code and its versions.
+
+    Where the files lie, where the result goes and what is drawn on make no difference.
+    """
+    known = replace(with_paths(job, lambda _: ""), sha256=hashes(job), threads=0, video=None)
+    bare = replace(known, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
+    content = {"job": dumps(bare), "code": provenance.code_digest(), "versions": provenance.versions()}
+    return provenance.digest_of(content)
+
+
+def with_paths(job: Job, change: Callable[[str], str]) -> Job:
+    """The job with each of its paths changed."""
+
+    def changes(value: Any, names: tuple[str, ...]) -> dict[str, str]:
+        return {name: change(getattr(value, name)) for name in names if getattr(value, name)}
+
+    def files_of(kind: type) -> tuple[str, ...]:
+        return tuple(item.name for item in fields(kind) if item.metadata.get("file"))
+
+    reading = replace(job.reading, **changes(job.reading, files_of(Reading)))  # type: ignore[arg-type]
+    person = replace(job.person, **changes(job.person, files_of(Person)))  # type: ignore[arg-type]
+    own: dict[str, Any] = changes(job, _PATHS)
+    return replace(job, reading=reading, person=person, **own)
+
+
+def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
+    """A scene that stands in the file, or that a path names."""
+    if isinstance(table, str):
+        return scene_files.read(folder / table)
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: scene is {table!r}; valid: a table, or the path of a scene file")
+    inside = dict(table)
+    meshes = folder / str(inside.pop("folder", "."))
+    return scene_files.scene(inside, meshes / Path(path).name)
+
+
+def _plan(table: Any, path: Path | str) -> plans.Plan:
+    """A plan that stands in the file, or that a name or a path names."""
+    if isinstance(table, str):
+        return plans.read(table)
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: plan is {table!r}; valid: a table, or the name of a plan")
+    inside = dict(table)
+    name = str(inside.pop("name", ""))
+    return replace(plans.build(inside, f"{path}: [plan]"), name=name)

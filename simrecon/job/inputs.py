@@ -1,0 +1,159 @@
+"""The evidence of a job: its files read as it says, and what it says of the person put in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from simrecon import evidence as readers
+from simrecon.body import Wanted, model_file, names, shape
+from simrecon.body.shape import ShapeSpace
+from simrecon.errors import InputError
+from simrecon.evidence import fov, hidden, lens
+from simrecon.job.options import Person, Reading
+from simrecon.job.request import Job
+from simrecon.types import Array, Camera, Evidence
+
+Progress = Callable[[float, float], None]
+"""Told how many frames of a video are done, and how many there are."""
+
+
+def background(job: Job) -> str | None:
+    """The video that the overlay is drawn on: an input that is one, if no other is given."""
+    return job.input if job.video is None and is_video(job) else job.video
+
+
+def is_video(job: Job) -> bool:
+    """Whether the input is a video."""
+    return Path(job.input).is_file() and readers.is_video(job.input)
+
+
+def observe(job: Job, progress: Progress | None = None) -> Evidence:
+    """Read and check the evidence of a job.
+
+    Args:
+        job: what was asked for.
+        progress: of the detection in a video.
+
+    Raises:
+        InputError: a file can't be used, or options that exclude each other stand side by side.
+    """
+    source = job.input if job.detected is None else job.detected
+    seen = _read(job, progress) if job.detected is None else readers.read(source)
+    readers.check_names(seen, names.valid_names(), source)
+    seen = without(seen, job.reading.ignore, source)
+    person = job.person
+    return replace(seen, height_m=person.height_m or seen.height_m, mass_kg=person.mass_kg or seen.mass_kg)
+
+
+def shape_of(person: Person) -> Wanted | None:
+    """The body's shape, as far as it is asked for.
+
+    Raises:
+        InputError: betas out of range, or a body model that can't be read.
+    """
+    if (person.betas, person.body_model, person.mass_distribution) == (None, None, None):
+        return None
+    space = space_of(person)
+    betas = None if person.betas is None else betas_of(person, space)
+    return Wanted(betas, space, person.mass_distribution or "standard")
+
+
+def space_of(person: Person) -> ShapeSpace:
+    """The space of the person's shape parameters: that of a body model, or simrecon's own."""
+    return shape.space() if person.body_model is None else model_file.read(person.body_model)
+
+
+def betas_of(person: Person, space: ShapeSpace) -> Array:
+    """The person's shape parameters, checked.
+
+    Raises:
+        InputError: too many for the space, or out of range.
+    """
+    return shape.check(np.array(person.betas or ()), space, "--betas")
+
+
+def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence:
+    """Evidence without its 2D landmarks (`keypoints`) or its 3D estimate (`joints`).
+
+    Raises:
+        InputError: nothing is left.
+    """
+    frames = len(evidence.times_s)
+    if "keypoints" in parts:
+        evidence = replace(
+            evidence,
+            keypoint_names=(),
+            keypoints_px=np.empty((frames, 0, 2)),
+            scores=np.empty((frames, 0)),
+        )
+    if "joints" in parts:
+        evidence = replace(
+            evidence,
+            joint_names=(),
+            joints_m=np.empty((frames, 0, 3)),
+        )
+    if parts and not evidence.keypoint_names and not evidence.joint_names:
+        raise InputError(f"{source}: --ignore leaves nothing; valid: keep 2D landmarks or a 3D estimate")
+    return evidence
+
+
+def _read(job: Job, progress: Progress | None) -> Evidence:
+    """Evidence of the input and of the landmarks that go with it."""
+    reading, video = job.reading, background(job)
+    _refuse_pairs(reading)
+    rate_hz, size_px = fov.probe(video) if video is not None else (None, None)
+    size_px = reading.size_px or size_px
+    camera, source = _lens(job, size_px)
+    if reading.unknown_camera and camera is None and size_px is not None:
+        camera, source = hidden.usual(size_px), "unknown"
+    options = readers.Options(
+        format=reading.format,
+        up=reading.up,
+        unit=reading.unit,
+        frame=reading.frame,
+        person=reading.person,
+        fps=reading.fps,
+        video_fps=rate_hz,
+        camera=camera,
+        lens=source,
+        person_at=reading.person_at_px,
+        model=reading.model,
+        progress=progress,
+    )
+    seen = readers.read(
+        job.input, options, keypoints=reading.keypoints, keypoints_person=reading.keypoints_person
+    )
+    return _unknown(seen) if reading.unknown_camera else seen
+
+
+def _refuse_pairs(reading: Reading) -> None:
+    if reading.camera_name is not None and reading.camera is None:
+        raise InputError("--camera-name: found no camera file; valid: --camera FILE beside it")
+    if reading.camera is not None and reading.fov_deg is not None:
+        raise InputError("--camera: found --fov beside it; valid: one of them")
+    lenses = {"--camera": reading.camera, "--fov": reading.fov_deg}
+    if reading.unknown_camera and (beside := [name for name, value in lenses.items() if value is not None]):
+        raise InputError(f"--unknown-camera: found {beside[0]} beside it; valid: one of them")
+
+
+def _lens(job: Job, size_px: tuple[int, int] | None) -> tuple[Camera | None, str]:
+    """The camera that the user names, and where it is from."""
+    reading = job.reading
+    if reading.camera is not None:
+        hint = str(job.video or job.input)
+        return lens.read(reading.camera, name=reading.camera_name, size_px=size_px, up=reading.up, hint=hint)
+    source = "" if reading.fov_deg is None else f"--fov {reading.fov_deg:g}"
+    return fov.from_fov(reading.fov_deg, size_px), source
+
+
+def _unknown(seen: Evidence) -> Evidence:
+    """Evidence whose camera is left out, and a line of the reading that says so."""
+    blind = readers.unknown_camera(seen)
+    if blind.camera is None:
+        return blind
+    line = f"camera: hidden, focal length {blind.camera.lens.matrix_px[0, 0]:.0f} px"
+    return replace(blind, reading="\n".join(filter(None, (seen.reading, line))))

@@ -1,0 +1,136 @@
+"""What a user may say of an input and of the person in it: the options of every command that simulates.
+
+Each field is an option of the command line (`flag`, or `--` and its name), a key in the manifest of a batch,
+and a key of `job.toml`. None leaves it to the file, or to what is measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from simrecon.body import mass
+from simrecon.evidence import formats
+from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.evidence.options import AXES, FRAMES, UNITS_M
+from simrecon.evidence.video.weights import MODELS
+from simrecon.io import tables
+
+
+def option(
+    default: Any,
+    text: str,
+    *,
+    bounds: tuple[float, float] | None = None,
+    choices: tuple[str, ...] | None = None,
+    flag: str = "",
+    metavar: str | None = None,
+    example: str = "",
+    file: bool = False,
+) -> Any:
+    """A field that is an option.
+
+    Args:
+        default: of who does not give it.
+        text: a line of help; ends with what holds without the option, in square brackets.
+        bounds: lowest and highest number.
+        choices: all valid words.
+        flag: of the command line, if it is not `--` and the name of the field.
+        metavar: what stands for the value in help.
+        example: of a value whose form the message of an error should show.
+        file: the value is a path; in a job file relative paths begin at its folder.
+    """
+    low, high = bounds or (None, None)
+    return tables.option(
+        default,
+        low=low,
+        high=high,
+        choices=choices,
+        help=text,
+        flag=flag,
+        metavar=metavar,
+        example=example,
+        file=file,
+    )
+
+
+@dataclass(frozen=True)
+class Reading:
+    """`[reading]`: how the input is read, where it doesn't say so itself."""
+
+    format: str | None = option(
+        None, choices=formats.names(), metavar="NAME", text=f"{', '.join(formats.names())} [by content]"
+    )
+    up: str | None = option(
+        None, choices=AXES, metavar="AXIS", text=f"axis that points up: {', '.join(AXES)}"
+    )
+    unit: str | None = option(None, choices=tuple(UNITS_M), text="unit of lengths in the file")
+    frame: str | None = option(None, choices=FRAMES, text="which motion of a file that holds both [world]")
+    person: str | None = option(
+        None, metavar="NAME", text="which person of a file with several, as the file names them"
+    )
+    fps: float | None = option(None, bounds=RATE_RANGE_HZ, metavar="HZ", text="frame rate [that of --video]")
+    keypoints: str | None = option(
+        None, file=True, metavar="FILE", text="2D landmarks that go with the 3D estimate of INPUT"
+    )
+    keypoints_person: str | None = option(None, metavar="NAME", text="the person in that file")
+    fov_deg: float | None = option(
+        None, bounds=FOV_RANGE_DEG, flag="--fov", metavar="DEG", text="horizontal field of view of the camera"
+    )
+    size_px: tuple[int, int] | None = option(
+        None,
+        bounds=(16, 100_000),
+        flag="--size",
+        example="1920x1080",
+        metavar="WxH",
+        text="image size in pixels [that of --video]",
+    )
+    camera: str | None = option(
+        None,
+        file=True,
+        metavar="FILE",
+        text="the camera: TOML, OpenCV's YAML, or a calibration of Pose2Sim or Caliscope",
+    )
+    camera_name: str | None = option(None, metavar="NAME", text="which camera of that file")
+    unknown_camera: bool = option(
+        False, text="ignore what the input says of its camera: usual lens, place by the floor"
+    )
+    person_at_px: tuple[float, float] | None = option(
+        None,
+        bounds=(0.0, 100_000.0),
+        flag="--person-at",
+        example="640,360",
+        metavar="X,Y",
+        text="of a video: pixel of the first frame where the person is",
+    )
+    ignore: tuple[str, ...] = option(
+        (),
+        choices=("keypoints", "joints"),
+        metavar="PART,…",
+        text="parts of the input to leave out: keypoints (2D landmarks), joints (the 3D estimate)",
+    )
+    model: str | None = option(
+        None, choices=MODELS, text="of a video: the pose network [the best one that was fetched]"
+    )
+
+
+@dataclass(frozen=True)
+class Person:
+    """`[person]`: what is known of the person."""
+
+    height_m: float | None = option(None, bounds=HEIGHT_RANGE_M, metavar="M", text="the person's height")
+    mass_kg: float | None = option(None, bounds=MASS_RANGE_KG, metavar="KG", text="the person's mass")
+    betas: tuple[float, ...] | None = option(
+        None,
+        metavar="B,…",
+        text="shape parameters, the first ones; --betas=-1,… if the first is negative [as measured]",
+    )
+    body_model: str | None = option(
+        None, file=True, metavar="FILE", text="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]"
+    )
+    mass_distribution: str | None = option(
+        None,
+        choices=tuple(mass.distributions()),
+        text="of the body's mass; characters of Rempe et al. 2020 [standard]",
+    )

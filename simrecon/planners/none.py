@@ -1,0 +1,11 @@
+"""The planner `none`: the simulation follows the kinematic fit as it is, as in Gärtner et al. 2022."""
+
+from __future__ import annotations
+
+from simrecon.plan import Plan
+from simrecon.types import Evidence, KinematicFit, Reference
+
+
+def plan(fit: KinematicFit, _evidence: Evidence, _settings: Plan) -> Reference:
+    """The poses of the fit."""
+    return Reference("none", fit.times_s, fit.qpos, fit.com_m)

@@ -1,0 +1,84 @@
+"""`motion.npz` ↔ `Motion`; same motion, same bytes."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simrecon.errors import InputError
+from simrecon.io.arrays import Arrays, load
+from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
+from simrecon.results.folder import MOTION, SCHEMA
+from simrecon.types import Array, IntArray, Motion
+
+
+def dumps(motion: Motion) -> bytes:
+    """The bytes of `motion.npz`."""
+    content: dict[str, Any] = {item.name: getattr(motion, item.name) for item in dataclasses.fields(motion)}
+    content = {key: value for key, value in content.items() if value is not None}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, schema=SCHEMA, **content)
+    return buffer.getvalue()
+
+
+def read(folder: Path | str) -> Motion:
+    """Read and check a motion: of a result folder, or of a file like its `motion.npz`.
+
+    Raises:
+        InputError: one line with file, key, what was found and what is valid.
+    """
+    path = Path(folder)
+    if not path.exists():
+        raise InputError(f"{folder}: found no such folder; valid: a result folder, with {MOTION}")
+    arrays = load(path / MOTION if path.is_dir() else path)
+    arrays.text("schema", (SCHEMA,))
+    joint_names, parts = arrays.names("joint_names", "K"), arrays.names("contact_body", "C")
+    times = arrays.finite("times_s", ("T",))
+    if (np.diff(times) <= 0).any():
+        arrays.fail("times_s", "times that do not increase", "increasing times in seconds")
+    qpos, qvel = arrays.finite("qpos", ("T", "nq")), arrays.finite("qvel", ("T", "nv"))
+    torque, state0 = arrays.finite("torque_Nm", ("T", "nu")), arrays.finite("state0", ("nstate",))
+    ctrl = _control(arrays, torque.shape[1])
+    step = _integers(arrays, "frame_step", NO_STEP, len(ctrl))
+    status = _integers(arrays, "status", SIMULATED, FALLBACK)
+    if ((step == NO_STEP) != (status == FALLBACK)).any():
+        valid = f"{NO_STEP} at the frames of status {FALLBACK}, and there only"
+        arrays.fail("frame_step", "steps that do not fit the status", valid)
+    return Motion(
+        times_s=times,
+        frame_step=step,
+        status=status.astype(np.uint8),
+        qpos=qpos,
+        qvel=qvel,
+        state0=state0,
+        ctrl=ctrl,
+        joint_names=joint_names,
+        joints_m=arrays.finite("joints_m", ("T", "K", 3)),
+        com_m=arrays.finite("com_m", ("T", 3)),
+        torque_Nm=torque,
+        contact_body=parts,
+        contact_force_N=arrays.finite("contact_force_N", ("T", "C", 3)),
+        contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
+        contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
+        grf_N=arrays.finite("grf_N", ("T", 3)),
+        kinematic_qpos=arrays.finite("kinematic_qpos", ("T", "nq")) if "kinematic_qpos" in arrays else None,
+    )
+
+
+def _control(arrays: Arrays, motors: int) -> Array:
+    """`ctrl` (N, nu), which alone may be empty: where nothing was simulated."""
+    if arrays.array("ctrl").shape == (0, motors):
+        return np.empty((0, motors))
+    return arrays.finite("ctrl", ("N", "nu"))
+
+
+def _integers(arrays: Arrays, key: str, low: int, high: int) -> IntArray:
+    values = arrays.finite(key, ("T",))
+    if (values != np.round(values)).any() or values.min() < low or values.max() > high:
+        found = f"{values.min():g} to {values.max():g}"
+        arrays.fail(key, found, f"whole numbers from {low} to {high}")
+    return values.astype(np.int64)

@@ -1,0 +1,134 @@
+"""A finished result, opened: everything in its folder, read when it is first asked for."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+import mujoco
+
+from simrecon import job as jobs
+from simrecon import plan as plans
+from simrecon import scene as scenes
+from simrecon.body import known
+from simrecon.drawing import overlay
+from simrecon.errors import InputError
+from simrecon.job import Job
+from simrecon.plan import Plan
+from simrecon.results import folder as folders
+from simrecon.results import motion_file
+from simrecon.sim.models import load as load_model
+from simrecon.types import Body, Motion, Report, Scene
+
+
+class Result:
+    """A result folder.
+
+    Each attribute is read and checked when it is first used, and raises an `InputError` that names the file
+    if it can't be.
+
+    Attributes:
+        folder: where it is.
+    """
+
+    def __init__(self, folder: Path | str) -> None:
+        """Open a result.
+
+        Raises:
+            InputError: there is no such folder, or it is no result.
+        """
+        self.folder = Path(folder)
+        if not self.folder.is_dir():
+            raise InputError(f"{folder}: found no such folder; valid: a result folder, with {folders.MOTION}")
+        if not (self.folder / folders.MOTION).is_file():
+            raise InputError(f"{folder}: holds no {folders.MOTION}; valid: the folder of a result")
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What was simulated (`motion.npz`)."""
+        return motion_file.read(self.folder)
+
+    @cached_property
+    def report(self) -> Report:
+        """Settings, costs, losses and plausibility (`report.json`)."""
+        return read_report(self.folder)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that was used (`scene.toml`)."""
+        return scenes.read(self.folder / folders.SCENE)
+
+    @cached_property
+    def model(self) -> mujoco.MjModel:
+        """Body and scene as MuJoCo compiles them (`model.xml`)."""
+        path = self.folder / folders.MODEL
+        model = load_model(path)
+        shape = (self.motion.qpos.shape[1], self.motion.torque_Nm.shape[1])
+        if (model.nq, model.nu) != shape:
+            raise InputError(
+                f"{self.folder / folders.MOTION}: qpos: holds {shape[0]} coordinates and {shape[1]} motors; "
+                f"valid: those of {folders.MODEL}, {model.nq} and {model.nu}"
+            )
+        return model
+
+    @cached_property
+    def body(self) -> Body:
+        """The person, read back from the model."""
+        path = self.folder / folders.MODEL
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: can't be read ({error}); valid: a result's model") from error
+        return known.of_mjcf(text, self.report["person"]["height_m"])
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The plan that was used, as the report has it."""
+        where = f"{self.folder / folders.REPORT}: plan"
+        return replace(plans.build(self.report["plan"], where), name=self.report["plan_name"])
+
+    def clip(self) -> overlay.Clip:
+        """What is drawn of the motion: the body in its scene, with the forces on it."""
+        motion = self.motion
+        return overlay.Clip(
+            model=self.model,
+            times_s=motion.times_s,
+            qpos=motion.qpos,
+            contact_point_m=motion.contact_point_m,
+            contact_force_N=motion.contact_force_N,
+            status=motion.status,
+        )
+
+    @cached_property
+    def job(self) -> Job:
+        """What was asked for (`job.toml`)."""
+        path = self.folder / folders.JOB
+        if not path.is_file():
+            raise InputError(f"{self.folder}: holds no {folders.JOB}; valid: a result of this version")
+        return jobs.read(path)
+
+
+def open_result(folder: Path | str) -> Result:
+    """Open a result folder.
+
+    Raises:
+        InputError: there is no such folder, or it is no result.
+    """
+    return Result(folder)
+
+
+def read_report(folder: Path | str) -> Report:
+    """Read `report.json` of a result folder.
+
+    Raises:
+        InputError: it can't be read, or does not say of what, of whom and how the result was made.
+    """
+    path = Path(folder) / folders.REPORT
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+        report["input"]["name"], report["input"]["sha256"], report["person"]["height_m"], report["plan_name"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
+    return dict(report)

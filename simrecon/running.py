@@ -1,0 +1,166 @@
+"""The front door: `run` does what a job asks for; command line, batch, bench and programs all call it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from simrecon import body as bodies
+from simrecon import evidence as readers
+from simrecon import job as jobs
+from simrecon import kinematics, results, softfloor
+from simrecon.body import Wanted, known, mass
+from simrecon.drawing import overlay
+from simrecon.engines import checkpoint as checkpoints
+from simrecon.errors import InputError
+from simrecon.job import Job, Person, inputs, request
+from simrecon.kinematics import retargeting
+from simrecon.observer import SILENT, Observer
+from simrecon.pipeline import Reconstruction, Setup, reconstruct
+from simrecon.results import kinematic
+from simrecon.results.view import Result
+from simrecon.sim.quiet import unwarned
+from simrecon.sim.rollout import Threads
+from simrecon.softfloor import Calibration, Simulate
+from simrecon.types import Body, Evidence, KinematicFit, Motion, Scene
+
+
+def run(
+    job: Job,
+    observer: Observer = SILENT,
+    *,
+    checkpoint: checkpoints.Store | None = None,
+    threads: Threads | None = None,
+) -> Result:
+    """Do what a job asks for, and write the result folder.
+
+    Everything that may be wrong is checked before the long work begins.
+
+    Args:
+        job: what is asked for.
+        observer: hears of the progress, and may end the run.
+        checkpoint: where solved windows are kept, and taken from; None: nowhere.
+        threads: of the simulator, instead of the job's; a function is asked again and again.
+
+    Returns:
+        The result, read back from its folder.
+
+    Raises:
+        InputError: something that the job names can't be used; nothing was written.
+        SimreconError: the job failed.
+    """
+    results.check_writable(job.output)
+    _check_files(job)
+    with unwarned():
+        sources = _sources(job, observer)
+        job = replace(sources.job, sha256=request.hashes(sources.job))
+        setup = Setup(
+            planner=job.planner,
+            engine=job.engine,
+            seed=job.seed,
+            threads=job.threads if threads is None else threads,
+            shape=sources.shape,
+            fit=sources.fit,
+            observer=observer,
+            checkpoint=checkpoint,
+            identity=jobs.identity(job),
+        )
+
+        def simulate(scene: Scene, start: Motion | None) -> Reconstruction:
+            return reconstruct(sources.evidence, scene, job.plan, replace(setup, start=start))
+
+        scene, start, calibration = _calibrated(job, sources, simulate, observer)
+        reconstruction = simulate(scene, start)
+    results.write(job, reconstruction, calibration)
+    return results.open_result(job.output)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sources:
+    """What a job begins with: it may have landmarks of its video by now."""
+
+    job: Job
+    evidence: Evidence
+    shape: Wanted | None = None
+    fit: KinematicFit | None = None
+
+
+def _check_files(job: Job) -> None:
+    if names := request.changed(job):
+        files = {"input": job.input, "keypoints": job.reading.keypoints, "start": job.start}
+        first = files.get(names[0]) or names[0]
+        raise InputError(
+            f"{first}: its sha256 is not the one that the job was made with ({names[0]}); "
+            f"valid: the same file, or a new run"
+        )
+
+
+def _sources(job: Job, observer: Observer) -> _Sources:
+    """Evidence, shape and, for a retargeting, the motion on the other body."""
+    if job.retarget:
+        return _retargeted(job, observer)
+    video = inputs.background(job)
+    seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
+    for line in seen.reading.splitlines():
+        observer.note(f"read as {line}")
+    if job.detected is None and inputs.is_video(job):
+        job, seen = _keep(job, seen, observer)
+    if video is not None:
+        overlay.check_video(video, seen.times_s, seen.camera)
+    return _Sources(job, seen, inputs.shape_of(job.person))
+
+
+def _keep(job: Job, seen: Evidence, observer: Observer) -> tuple[Job, Evidence]:
+    """Write a video's evidence beside the result, to be looked at or run again, and go on from it."""
+    path = Path(job.output).resolve()
+    path = path.with_name(f"{path.name}.evidence.npz")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    readers.write(path, seen)
+    observer.note(f"evidence written to {path}")
+    return replace(job, detected=str(path)), replace(readers.read(path), reading=seen.reading)
+
+
+def _retargeted(job: Job, observer: Observer) -> _Sources:
+    """The kinematic motion of a result on another body."""
+    bare, before = kinematic.read(job.input)
+    before, body = replace(before, scene=job.scene), _other_body(job.person, before.body)
+    observer.stage("retargeting", 0.0, 1.0)
+    fit = kinematics.retarget(before, body, job.plan.kinematics)
+    observer.stage("retargeting", 1.0, 1.0)
+    scale = retargeting.scale_of(before, body)
+    bare = replace(bare, reading=f"{bare.reading}, scaled by {scale:.4g} to another body")
+    return _Sources(job, bare, None, fit)
+
+
+def _other_body(person: Person, before: Body) -> Body:
+    """The other body: of betas, or the one before with what is to be changed.
+
+    A distribution of mass comes with the mass of the character that it was made for.
+    """
+    mass_kg, distribution = person.mass_kg, person.mass_distribution
+    if mass_kg is None and distribution is not None:
+        mass_kg = mass.distribution(distribution).mass_kg
+    if person.betas is None and person.body_model is None:
+        return known.changed(before, height_m=person.height_m, mass_kg=mass_kg, distribution=distribution)
+    space = inputs.space_of(person)
+    betas = np.zeros(space.size) if person.betas is None else inputs.betas_of(person, space)
+    return bodies.build(
+        betas=betas,
+        height_m=person.height_m,
+        mass_kg=mass_kg,
+        shapes=space,
+        distribution=distribution or "standard",
+    )
+
+
+def _calibrated(
+    job: Job, sources: _Sources, simulate: Simulate, observer: Observer
+) -> tuple[Scene, Motion | None, Calibration | None]:
+    """The scene with a known floor, and the motion to begin from."""
+    if not job.scene.ground.calibrate:
+        return job.scene, None if job.start is None else results.read_motion(job.start), None
+    calibration = softfloor.calibrate(simulate, job.scene, sources.evidence.mass_kg, observer)
+    return replace(job.scene, ground=calibration.ground), calibration.motion, calibration

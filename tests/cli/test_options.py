@@ -1,0 +1,89 @@
+"""The options of a job on the command line: the same for all commands that simulate."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import pytest
+
+from simrecon import cli
+from simrecon import plan as plans
+from simrecon.batch import clips
+from simrecon.cli import options
+from simrecon.errors import InputError
+from simrecon.job import Job, Person, Reading, text
+
+OF_RUN_ALONE = {"--job", "-o"}
+"""Options of `run` that say where a single result goes, and from where the job is read."""
+
+
+def flags(command: str) -> dict[str, argparse.Action]:
+    """The options of a command by flag."""
+    actions = cli._parser()._subparsers._group_actions[0].choices[command]._actions  # type: ignore[union-attr,index]
+    return {flag: action for action in actions for flag in action.option_strings}
+
+
+@pytest.mark.parametrize("command", ["rerun", "batch", "demo"])
+def test_every_option_of_run_is_one_of_the_other_commands(command: str) -> None:
+    ours, theirs = flags("run"), flags(command)
+    assert set(ours) - OF_RUN_ALONE <= set(theirs)
+    for flag in set(ours) - OF_RUN_ALONE - {"-h", "--help"}:
+        assert (ours[flag].choices, ours[flag].dest) == (theirs[flag].choices, theirs[flag].dest), flag
+
+
+def test_every_option_is_a_key_of_manifests() -> None:
+    assert {option.name for option in text.options()} <= set(clips.KEYS)
+    assert {"plan", "scene", "planner", "engine"} <= set(clips.KEYS)
+
+
+WORDS = {
+    "--fps": ("25", "fps", 25.0),
+    "--size": ("1920x1080", "size_px", (1920, 1080)),
+    "--person-at": ("640,360.5", "person_at_px", (640.0, 360.5)),
+    "--betas": ("0.5,-1e-2", "betas", (0.5, -0.01)),
+    "--ignore": ("joints", "ignore", ("joints",)),
+    "--up": ("-y", "up", "-y"),
+    "--seed": ("12", "seed", 12),
+    "--fov": ("40", "fov_deg", 40.0),
+}
+
+
+@pytest.mark.parametrize("flag", WORDS)
+def test_words_become_values(flag: str) -> None:
+    word, name, value = WORDS[flag]
+    parsed = cli._parser().parse_args(["run", "clip.npz", "-o", "out", f"{flag}={word}"])
+    job = options.apply(parsed, Job("clip.npz", "out"))
+    owners: tuple[Any, ...] = (job, job.reading, job.person)
+    (owner,) = (owner for owner in owners if hasattr(owner, name))
+    assert getattr(owner, name) == value
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--fps", "fast"], ["--fps", "1e9"], ["--size", "1920"], ["--size", "0x5"], ["--person-at", "7"],
+        ["--seed", "-1"], ["--seed", "1.5"], ["--betas", "nan"], ["--ignore", "camera"], ["--up", "w"],
+    ],
+)  # fmt: skip
+def test_impossible_words_are_one_line_that_says_what_is_valid(words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        cli._parser().parse_args(["run", "clip.npz", "-o", "out", *words])
+    assert words[0] in str(caught.value)
+    assert "must be" in str(caught.value) or "choose from" in str(caught.value)
+
+
+def test_what_is_not_given_stays() -> None:
+    before = Job(
+        "clip.npz",
+        "out",
+        reading=Reading(fps=25.0, up="y"),
+        person=Person(betas=(1.0,)),
+        plan=plans.read("flips"),
+        seed=3,
+    )
+    parsed = cli._parser().parse_args(["rerun", "out", "--up", "z", "--height-m", "1.8"])
+    after = options.apply(parsed, before)
+    assert after.reading == Reading(fps=25.0, up="z")
+    assert after.person == Person(betas=(1.0,), height_m=1.8)
+    assert (after.plan, after.seed) == (before.plan, 3)

@@ -1,0 +1,28 @@
+"""Trackers by name."""
+
+from __future__ import annotations
+
+import pytest
+
+from simrecon import engines
+from simrecon.engines.sampling.sampler import Sampler
+from simrecon.errors import InputError
+
+
+@pytest.mark.parametrize("name", engines.names())
+def test_every_name_is_a_tracker_of_the_problem(make, name: str) -> None:
+    problem = make.clip(make.settings())
+    tracker = engines.make(name, problem, 1)
+    assert tracker.problem is problem
+    assert callable(tracker.solve)
+    assert callable(tracker.prepare)
+
+
+def test_sampling_is_the_one_that_ships(make) -> None:
+    assert engines.names() == ("sampling",)
+    assert isinstance(engines.make("sampling", make.clip(make.settings()), 1), Sampler)
+
+
+def test_an_unknown_name_lists_the_valid_ones(make) -> None:
+    with pytest.raises(InputError, match=r"'samplign'.*valid: sampling"):
+        engines.make("samplign", make.clip(make.settings()))

@@ -1,0 +1,133 @@
+"""Jobs in files: what is written is what is read, wherever the files lie."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from simrecon import job as jobs
+from simrecon import plan as plans
+from simrecon.errors import InputError
+from simrecon.job import Hashes, Job, Person, Reading, request
+from simrecon.job.files import with_paths
+from simrecon.types import Ground, Scene, SceneItem
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Job:
+    """A job that says everything."""
+    for name in ("clip.npz", "points.json", "camera.toml", "body.npz", "start.npz"):
+        (tmp_path / name).write_bytes(name.encode())
+    item = SceneItem("bench", "box", (0.2, 0.1, 0.0), {"size_m": (0.4, 1.2, 0.45)}, yaw_rad=0.1)
+    return Job(
+        str(tmp_path / "clip.npz"),
+        str(tmp_path / "out"),
+        reading=Reading(
+            up="y",
+            fps=29.97,
+            size_px=(1920, 1080),
+            keypoints=str(tmp_path / "points.json"),
+            camera=str(tmp_path / "camera.toml"),
+            person_at_px=(640.0, 360.5),
+            ignore=("joints",),
+            unknown_camera=True,
+        ),
+        person=Person(height_m=1.7, betas=(0.1, -2.5e-3), body_model=str(tmp_path / "body.npz")),
+        scene=Scene(Ground(height_m=0.1, calibrate=True), (item,), str(tmp_path)),
+        plan=plans.read("quick"),
+        seed=7,
+        threads=2,
+        start=str(tmp_path / "start.npz"),
+    )
+
+
+def test_what_is_written_is_what_is_read(job: Job, tmp_path: Path) -> None:
+    known = replace(job, sha256=request.hashes(job))
+    (tmp_path / "job.toml").write_text(jobs.dumps(known), encoding="utf-8")
+    again = jobs.read(tmp_path / "job.toml")
+    assert again == known
+    assert again.plan.name == "quick"
+    assert again.scene.folder == str(tmp_path)
+
+
+def test_relative_paths_begin_at_the_file(job: Job, tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    text = 'schema = "simrecon.job/1"\ninput = "../clip.npz"\noutput = "out"\nplan = "quick"\n'
+    (tmp_path / "below" / "own.toml").write_text(
+        text + '[reading]\ncamera = "../camera.toml"\n', encoding="utf-8"
+    )
+    own = jobs.read(tmp_path / "below" / "own.toml")
+    assert own.input == job.input
+    assert own.output == str(tmp_path / "below" / "out")
+    assert own.reading.camera == job.reading.camera
+    assert own.plan == plans.read("quick")
+    assert own.scene.ground == Ground()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("simrecon.job/1", "simrecon.job/9"), "schema is 'simrecon.job/9'; valid: 'simrecon.job/1'"),
+        (("seed = 7", "sed = 7"), "unknown key 'sed', did you mean 'seed'?"),
+        (("seed = 7", "seed = -1"), "seed must be a whole number from 0"),
+        (("fps = 29.97", "fps = 1e9"), "[reading]: fps must be a number from 2 to 2000"),
+        (('up = "y"', 'up = "w"'), "[reading]: up must be one of x, y, z"),
+        (("height_m = 1.7", "heigth_m = 1.7"), "did you mean 'height_m'?"),
+        (('kind = "box"', 'kind = "boks"'), "boks"),
+        (("population = ", "popularity = "), "did you mean 'population'?"),
+    ],
+)
+def test_mistakes_are_one_line(job: Job, tmp_path: Path, change: tuple[str, str], words: str) -> None:
+    text = jobs.dumps(job)
+    assert change[0] in text
+    path = tmp_path / "job.toml"
+    path.write_text(text.replace(*change, 1), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        jobs.read(path)
+    assert words in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_changed_are_found(job: Job, tmp_path: Path) -> None:
+    known = replace(job, sha256=request.hashes(job))
+    assert request.changed(known) == ()
+    assert request.changed(job) == ()  # it knows no hashes
+    (tmp_path / "points.json").write_text("others", encoding="utf-8")
+    (tmp_path / "body.npz").unlink()
+    assert request.changed(known) == ("keypoints", "body_model")
+
+
+def test_the_identity_holds_all_that_a_motion_depends_on(job: Job, tmp_path: Path) -> None:
+    before = jobs.identity(job)
+    ground = replace(job.scene, ground=Ground(height_m=0.2))
+    others = [
+        replace(job, seed=8),
+        replace(job, engine="other"),
+        replace(job, planner="other"),
+        replace(job, plan=plans.read("default")),
+        replace(job, person=Person()),
+        replace(job, reading=replace(job.reading, ignore=())),
+        replace(job, scene=ground),
+        replace(job, start=None),
+    ]
+    identities = {jobs.identity(other) for other in others}
+    assert len(identities | {before}) == 1 + len(others)
+    (tmp_path / "clip.npz").write_bytes(b"another clip")
+    assert jobs.identity(job) != before
+
+
+def test_the_identity_holds_nothing_else(job: Job, tmp_path: Path) -> None:
+    (tmp_path / "moved").mkdir()
+    moved = with_paths(job, lambda path: str(tmp_path / "moved" / Path(path).name))
+    for name in ("clip.npz", "points.json", "camera.toml", "body.npz", "start.npz"):
+        (tmp_path / "moved" / name).write_bytes((tmp_path / name).read_bytes())
+    named = replace(job.plan, name="of my own")
+    same = replace(moved, threads=1, video="film.mp4", output="elsewhere", plan=named)
+    assert jobs.identity(same) == jobs.identity(job)
+
+
+def test_hashes_of_a_job_without_files_are_empty() -> None:
+    assert request.hashes(Job("none.npz", "out", plan=plans.read("quick"))) == Hashes()

@@ -1,0 +1,41 @@
+"""Spheres that stand for the body, and what is held to a support."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simrecon.kinematics.contacts import pulls
+from simrecon.kinematics.problem import Problem
+
+
+def test_contact_points_are_those_of_the_primitives(problem: Problem) -> None:
+    touch = problem.contacts
+    assert touch.mass_share.sum() == pytest.approx(1.0)
+    assert len(touch.segments) == 22 * 2 + 4 * 8
+    for side, rows in zip(("left", "right"), touch.soles, strict=True):
+        ankle = problem.skeleton.names.index(f"{side}_ankle")
+        assert (touch.segments[rows] == ankle).all()
+        feet = touch.segments == ankle
+        corners = touch.offsets_m[feet & (touch.radii_m == 0)]
+        np.testing.assert_allclose(touch.offsets_m[rows, 2], corners[:, 2].min())
+        assert len({tuple(place) for place in touch.offsets_m[rows]}) == 4
+        np.testing.assert_array_equal(touch.drop[rows], np.tile([0.0, 0.0, -1.0], (4, 1)))
+
+
+def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(problem: Problem) -> None:
+    touch, frames = problem.contacts, problem.frames
+    for side, rows in zip(("left", "right"), touch.seat, strict=True):
+        assert (touch.segments[rows] == problem.skeleton.names.index("pelvis")).all()
+        assert ((touch.offsets_m[rows, 1] > 0) == (side == "left")).all()
+    clearance = np.full((2, len(touch.segments), frames), 0.5)
+    clearance[1, touch.seat[:, 1]] = 0.03  # over the second support, an item
+    standing, sitting = problem.observations.standing, np.array([1.0, 0.5, 0.0, 0.0])
+    for pull, rows in zip(pulls(touch, standing, sitting, clearance)[-2:], touch.seat, strict=True):
+        support, point, frame = pull.at
+        assert (support == 1).all()
+        assert (point == rows[1]).all()
+        np.testing.assert_array_equal(frame, np.arange(frames))
+        np.testing.assert_array_equal(pull.weights, sitting)
+    # over the ground alone they are not
+    assert len(pulls(touch, standing, sitting, clearance[:1])) == 2

@@ -1,0 +1,1 @@
+"""Measurements: speed, accuracy, memory, and how batches stand being killed."""

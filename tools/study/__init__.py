@@ -1,0 +1,1 @@
+"""Studies behind the decisions: what settings, priors and clips are worth."""

@@ -1,0 +1,1 @@
+"""Training and evaluation of what is learned: the pose prior and the primitives of a shape."""
