@@ -29,7 +29,7 @@ def body() -> Body:
 
 @pytest.fixture(scope="module")
 def squats(body: Body, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Reconstruction]:
-    """A squat of half a second, a frame dropped, before a camera that stands and one that pans by 26 degrees."""
+    """Half a second of a squat, a frame dropped, before a camera that stands and one that pans by 26°."""
     plan = plans.read("quick")
     qpos = runs.squat(body, np.linspace(0.0, 0.6, FRAMES))
     still = runs.camera(FRAMES)

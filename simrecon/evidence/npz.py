@@ -109,7 +109,6 @@ def parse(arrays: Arrays) -> Evidence:
     evidence = Evidence(
         times_s=times, keypoint_names=(), keypoints_px=np.empty(0), scores=np.empty(0),
         joint_names=(), joints_m=np.empty(0), joints_frame=FRAMES[0],
-        betas=arrays.finite("betas", ("S",)) if "betas" in arrays else None,
         mass_kg=arrays.scalar("mass_kg", MASS_RANGE_KG, "kg") if "mass_kg" in arrays else None,
         height_m=arrays.scalar("height_m", HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
         camera=_camera(arrays, len(times)),
@@ -117,8 +116,8 @@ def parse(arrays: Arrays) -> Evidence:
         sha256=arrays.sha256,
     )  # fmt: skip
     evidence = _with_joints(arrays, _with_keypoints(arrays, evidence))
-    if _has_rotations(arrays):
-        evidence = replace(evidence, reading="rotations: in the file, not used")
+    if unused := _unused(arrays):
+        evidence = replace(evidence, reading=f"{listed(unused)}: in the file, not used")
     if not evidence.keypoint_names and not evidence.joint_names:
         groups = f"{', '.join(KEYPOINT_KEYS)} (2D landmarks) or {', '.join(JOINT_KEYS)} (3D joints), or both"
         arrays.fail("keypoints_px, joints_m", "neither", groups)
@@ -234,17 +233,20 @@ def _with_joints(arrays: Arrays, evidence: Evidence) -> Evidence:
     return replace(evidence, joint_names=names, joints_m=joints, joints_frame=frame)
 
 
-def _has_rotations(arrays: Arrays) -> bool:
-    """Whether the file holds joint rotations, which are checked and left out."""
+def _unused(arrays: Arrays) -> list[str]:
+    """Keys of what is checked and left out: joint rotations, and shape parameters of somebody else's body."""
+    unused = ["betas"] if "betas" in arrays else []
+    if unused:
+        arrays.finite("betas", ("S",))
     if not _given(arrays, ROTATION_KEYS):
-        return False
+        return unused
     arrays.names("rotation_names", "B")
     rotations = _points(arrays, "rotations", ("T", "B", 4))
     norms = np.linalg.norm(rotations, axis=-1, keepdims=True)  # (T, B, 1)
     if (np.abs(norms - 1) > UNIT_TOLERANCE).any():
         found = f"norms {np.nanmin(norms):g} to {np.nanmax(norms):g}"
         arrays.fail("rotations", found, "unit quaternions w x y z")
-    return True
+    return ["rotations", *unused]
 
 
 def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
@@ -263,5 +265,5 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         content |= {"world_to_camera": path[0] if path is not None and cameras.is_still(camera) else path}
     if not evidence.ground_known:
         content["ground"] = "unknown"
-    content |= {"betas": evidence.betas, "mass_kg": evidence.mass_kg, "height_m": evidence.height_m}
+    content |= {"mass_kg": evidence.mass_kg, "height_m": evidence.height_m}
     return {key: np.asarray(value) for key, value in content.items() if value is not None}

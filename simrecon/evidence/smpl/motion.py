@@ -10,6 +10,7 @@ import numpy as np
 from simrecon import resources
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, find_up, to_z_up
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.io.arrays import Arrays
 from simrecon.types import Array, Camera, Evidence, Lens
@@ -31,7 +32,6 @@ class SmplMotion:
         times_s: (T,).
         rotations: (T, B, 4) of the joints in their parents, the root's in `frame`; B is 22 or 24.
         trans_m: (T, 3) translation, in `frame`.
-        betas: (S,) or None.
     """
 
     model: str
@@ -39,7 +39,6 @@ class SmplMotion:
     times_s: Array
     rotations: Array
     trans_m: Array
-    betas: Array | None
 
 
 @cache
@@ -89,6 +88,7 @@ def to_evidence(
     *,
     up: str | None = None,
     camera: Camera | None = None,
+    path: Array | None = None,
     notes: str = "",
 ) -> Evidence:
     """Evidence of a motion, in a world with z up, or in the camera's frame.
@@ -99,6 +99,7 @@ def to_evidence(
         options: of the user; `up` there takes precedence.
         up: axis that points up in the world of this kind of file; None = found from the body.
         camera: the lens, where the file gives it.
+        path: (T, 4, 4) of the camera in the file's world, where it moves; of no use without a lens.
         notes: on how the file was read.
     """
     places = joints_m(motion)
@@ -112,6 +113,10 @@ def to_evidence(
             axis, how = find_up(content.source, upright, options.up)
         turn = to_z_up(axis)
         places = places @ turn.T
+        if camera is not None and path is not None:
+            turned = path.copy()
+            turned[:, :3, :3] = path[:, :3, :3] @ turn.T
+            camera = cameras.with_path(camera, turned)
         reading += f", up {axis} ({how})"
     count = motion.rotations.shape[1]
     return Evidence(
@@ -122,8 +127,8 @@ def to_evidence(
         joint_names=names()[:count],
         joints_m=places,
         joints_frame=motion.frame,
-        betas=motion.betas,
         camera=camera,
+        ground_known=camera is None or path is None,
         sha256=content.sha256,
         reading="; ".join(part for part in (reading, JOINTS_READING, notes) if part),
     )
@@ -157,18 +162,6 @@ def translation(arrays: Arrays, key: str) -> Array:
     given = arrays.array(key)
     squeezed = given.reshape(len(given), -1) if given.ndim > 2 else given
     return Arrays(arrays.source, {key: squeezed}, arrays.sha256, arrays._sizes).finite(key, ("T", 3))
-
-
-def betas(arrays: Arrays, key: str) -> Array | None:
-    """Shape parameters (S,): the median over frames where there are some for each; None without the key."""
-    if key not in arrays:
-        return None
-    shape = arrays.array(key).shape
-    values = arrays.finite(key, shape)
-    if len(shape) not in (1, 2):
-        arrays.fail(key, f"shape {shape}", "shape (S,) or (T, S)")
-    found: Array = np.median(values, axis=0) if len(shape) == 2 else values
-    return found
 
 
 def check_frames(content: Content, key: str, frames: Array) -> Array:
