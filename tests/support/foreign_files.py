@@ -37,8 +37,8 @@ def carried(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """A camera that pans and moves before a person, y up: its axes (T, 3, 3) and places (T, 3) in the world.
 
-    Then what it sees, in its own frame: rotation vectors (T, joints, 3) and translations (T, 3), of a body with
-    its pelvis at (3,) at rest.
+    Then what it sees, in its own frame: rotation vectors (T, joints, 3) and translations (T, 3), of a body
+    with its pelvis at (3,) at rest.
     """
     share = np.linspace(-0.5, 0.5, len(vectors))[:, None]
     ahead = np.diag([-1.0, -1.0, 1.0])  # x right, y down, z forward, along the world's z

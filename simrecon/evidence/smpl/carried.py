@@ -11,16 +11,16 @@ from simrecon.types import Array, Camera
 
 # A camera that turns by less is still: its one place follows better from the landmarks of all frames.
 STILL_RAD = np.radians(10.0)
-# A camera doesn't jump: so far its path may be from itself smoothed, and the two sets from each other.
+# A camera doesn't jump: so far its path may be from itself smoothed.
 SMOOTH_S, JUMP_RAD, JUMP_M = 0.5, np.radians(3.0), 0.1
-AGREE_M = 0.1
+AGREE_M = 0.1  # so far the person may be from where the file has them in the camera's frame
+USUAL = 0.95  # of the frames, for which these hold
 ALONG = "along the path in the file"
 # Why a path is of no use.
 EACH_FRAME, FIRST_FRAME = (
     "the person is wanted in the frame of each image",
     "the file has no world that is level",
 )
-USUAL = 0.95  # of the frames
 
 
 def along(camera_rotations: Array, camera_places: Array) -> Array:
@@ -68,7 +68,8 @@ def fault(path: Array, world: SmplMotion, seen: SmplMotion | None = None) -> str
         if off > AGREE_M:
             return f"by its path, the person in the camera's frame is {off:.2f} m off"
     turns = rotations.from_matrix(path[:, :3, :3])
-    turns = turns * np.where(np.sum(turns * turns[:1], axis=-1, keepdims=True) < 0, -1.0, 1.0)
+    flips = np.sum(turns[1:] * turns[:-1], axis=-1, keepdims=True) < 0  # q and -q are one rotation
+    turns[1:] *= np.cumprod(np.where(flips, -1.0, 1.0), axis=0)
     places, interval = centres_m(path), float(np.median(np.diff(world.times_s)))
     steady, smooth = _smoothed(turns, interval), _smoothed(places, interval)
     steady /= np.linalg.norm(steady, axis=-1, keepdims=True)
