@@ -11,7 +11,7 @@ from typing import Any
 
 from simrecon.body import mass
 from simrecon.evidence import formats
-from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.evidence.camera.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.evidence.options import AXES, FRAMES, UNITS_M
 from simrecon.evidence.video.weights import MODELS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.evidence import fov
+from simrecon.evidence.camera import fov
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options
 from simrecon.evidence.video import detection, frames, metadata, weights
