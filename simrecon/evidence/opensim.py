@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.axes import UNITS_M
 from simrecon.evidence.content import open_content
 from simrecon.evidence.mocap import trc
-from simrecon.evidence.options import UNITS_M
 from simrecon.types import Array
 
 _HEADER_LINES = 200

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.axes import AXES, to_z_up, vector
 from simrecon.evidence.camera import storage, tables
 from simrecon.evidence.camera.calibration import Calibration
-from simrecon.evidence.options import AXES, to_z_up
 from simrecon.geometry import camera as cameras
 from simrecon.types import Array, Camera, Lens
 
@@ -101,16 +101,10 @@ def _pose(path: Path, one: Calibration, up: str | None) -> tuple[Array | None, s
         return one.world_to_camera, "with its pose, world z up"
     upward = -one.world_to_camera[1, :3]  # (3,) the image's upward direction in the file's world
     if up is None:
-        best = max(AXES, key=lambda axis: float(upward @ _axis(axis)))
+        best = max(AXES, key=lambda axis: float(upward @ vector(axis)))
         if best != "z" or upward[2] < UPRIGHT_COSINE:
             upright = f"a camera whose image is upright along {best}"
             raise InputError(f"{path}: up axis: found {upright}; valid: --up {', '.join(AXES)}")
     turn = np.eye(4)
     turn[:3, :3] = to_z_up(up or "z")  # ours from theirs
     return one.world_to_camera @ turn.T, f"with its pose, world {up or 'z'} up"
-
-
-def _axis(name: str) -> Array:
-    axis = np.zeros(3)
-    axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
-    return axis

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simrecon.evidence.axes import UNITS_M, find_unit, find_up, to_z_up
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
-from simrecon.evidence.options import UNITS_M, Options, find_unit, find_up, to_z_up
+from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
 
 NEEDED = tuple(

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from simrecon.evidence.axes import UNITS_M, find_unit
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
 from simrecon.evidence.mocap.bvh import NEEDED, points_evidence
-from simrecon.evidence.options import UNITS_M, Options, find_unit
+from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
 
 

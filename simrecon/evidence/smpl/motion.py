@@ -8,8 +8,9 @@ from functools import cache
 import numpy as np
 
 from simrecon import resources
+from simrecon.evidence.axes import find_up, to_z_up
 from simrecon.evidence.content import Content
-from simrecon.evidence.options import Options, find_up, to_z_up
+from simrecon.evidence.options import Options
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.io.arrays import Arrays
