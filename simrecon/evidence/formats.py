@@ -107,38 +107,38 @@ def read(
     Raises:
         InputError: one line with file, key, what was found and what is valid.
     """
-    given = options or Options()
-    first = _read(path, given)
+    options = options or Options()
+    first = _read(path, options)
     if keypoints is None:
         return _checked(first, path)
-    asked = replace(given, format=None, person=keypoints_person, up=None, unit=None, frame=None)
-    if asked.camera is None and first.camera is not None:
-        asked = replace(asked, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
-    return _checked(join(first, _read(keypoints, asked), path, keypoints), path)
+    others = replace(options, format=None, person=keypoints_person, up=None, unit=None, frame=None)
+    if others.camera is None and first.camera is not None:
+        others = replace(others, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
+    return _checked(join(first, _read(keypoints, others), path, keypoints), path)
 
 
 def _read(path: str | os.PathLike[str], options: Options) -> Evidence:
     content = open_content(path)
     reader = _reader(content, options.format)
     try:
-        found = reader.read(content, options)
+        evidence = reader.read(content, options)
     except _MISFITS as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         valid = f"a file as {reader.title} has it; --debug shows where"
         raise content.fail("layout", f"values that don't fit it ({reason})", valid) from error
     if reader.name == "evidence":
-        return found
-    camera = found.camera
+        return evidence
+    camera = evidence.camera
     if camera is not None and camera.path is not None and len(camera.path) == 1:  # that of the options
-        camera = cameras.lasting(camera, len(found.times_s))
-    return replace(found, camera=camera, reading=f"{reader.title}: {found.reading}")
+        camera = cameras.lasting(camera, len(evidence.times_s))
+    return replace(evidence, camera=camera, reading=f"{reader.title}: {evidence.reading}")
 
 
-def _reader(content: Content, asked: str | None) -> Reader:
-    if asked is not None:
-        chosen = next((reader for reader in READERS if reader.name == asked), None)
+def _reader(content: Content, name: str | None) -> Reader:
+    if name is not None:
+        chosen = next((reader for reader in READERS if reader.name == name), None)
         if chosen is None:
-            raise content.fail("--format", repr(asked), ", ".join(names()))
+            raise content.fail("--format", repr(name), ", ".join(names()))
         if not chosen.matches(content):
             raise content.fail("--format", f"content that is not {chosen.title}'s", "another format, or none")
         return chosen
@@ -197,9 +197,9 @@ def join(
     nearest = np.where(nearer, left, right)
     near = np.abs(second.times_s[nearest] - first.times_s) <= 0.5 * interval  # (T,)
     if near.mean() < OVERLAP_MIN:
-        found = f"landmarks for {int(near.sum())} of the {len(near)} frames of {os.fspath(path)}"
+        overlap = f"landmarks for {int(near.sum())} of the {len(near)} frames of {os.fspath(path)}"
         raise InputError(
-            f"{os.fspath(keypoints)}: found {found}; valid: both of the same video, at one --fps"
+            f"{os.fspath(keypoints)}: found {overlap}; valid: both of the same video, at one --fps"
         )
     camera = first.camera
     if camera is None and second.camera is not None:

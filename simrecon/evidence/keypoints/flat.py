@@ -79,7 +79,7 @@ def read_openpose(content: Content, options: Options) -> Evidence:
     """Evidence of a folder of OpenPose's files."""
     if content.kind != "folder":
         raise content.fail("people", "a single frame", "the folder with the files of all frames")
-    found: list[Detection] = []
+    detections: list[Detection] = []
     count = 0
     for i, path in enumerate(content.json_files):
         one = open_content(path)
@@ -91,9 +91,9 @@ def read_openpose(content: Content, options: Options) -> Evidence:
             count = len(values)
             ids = person.get("person_id")
             who = str(ids[0]) if isinstance(ids, list) and ids and ids[0] not in (-1, None) else None
-            found.append(tracks.detection(frame, values[:, :2], values[:, 2], who))
-    names = layouts.by_count(content, "pose_keypoints_2d", count, OPENPOSE) if found else ()
-    return tracks.to_evidence(content, found, names, options, f"{len(content.json_files)} files")
+            detections.append(tracks.detection(frame, values[:, :2], values[:, 2], who))
+    names = layouts.by_count(content, "pose_keypoints_2d", count, OPENPOSE) if detections else ()
+    return tracks.to_evidence(content, detections, names, options, f"{len(content.json_files)} files")
 
 
 def read_coco(content: Content, options: Options) -> Evidence:
@@ -105,7 +105,7 @@ def read_coco(content: Content, options: Options) -> Evidence:
     numbers = {key: _number(str(images[key].get("file_name", "")), order[key]) for key in images}
     if len(set(numbers.values())) < len(numbers):
         numbers = order
-    found, count = [], 0
+    detections, count = [], 0
     for k, one in enumerate(content.tree["annotations"]):
         key = f"annotations[{k}]"
         values = _triples(content, f"{key}.keypoints", _get(one, "keypoints"), count)
@@ -114,13 +114,13 @@ def read_coco(content: Content, options: Options) -> Evidence:
             raise content.fail(f"{key}.image_id", repr(_get(one, "image_id")), "an id of images")
         scores = np.where(values[:, 2] == 1, HIDDEN_SCORE, values[:, 2])
         who = one.get("track_id", one.get("instance_id"))
-        found.append(
+        detections.append(
             tracks.detection(
                 numbers[one["image_id"]], values[:, :2], scores, None if who is None else str(who)
             )
         )
     return tracks.to_evidence(
-        content, found, _category(content, count) if found else (), options, "a COCO dataset"
+        content, detections, _category(content, count) if detections else (), options, "a COCO dataset"
     )
 
 
@@ -140,10 +140,10 @@ def _results(content: Content, tree: Sequence[Any], options: Options, allowed: S
     ids = [_get(one, "image_id") for one in tree]
     for k, name in enumerate(ids):
         if not isinstance(name, (int, str)):
-            found_text = "no such key" if name is None else f"a {type(name).__name__}"
-            raise content.fail(f"[{k}].image_id", found_text, "a number or a file name")
+            there = "no such key" if name is None else f"a {type(name).__name__}"
+            raise content.fail(f"[{k}].image_id", there, "a number or a file name")
     order = {name: i for i, name in enumerate(sorted(set(ids), key=lambda name: (str(type(name)), name)))}
-    found, count = [], 0
+    detections, count = [], 0
     for k, one in enumerate(tree):
         values = _triples(content, f"[{k}].keypoints", _get(one, "keypoints"), count)
         count = len(values)
@@ -151,25 +151,26 @@ def _results(content: Content, tree: Sequence[Any], options: Options, allowed: S
         frame = name if type(name) is int else _number(str(name), order[name])
         who = one.get("idx", one.get("track_id"))
         who = who[0] if isinstance(who, list) and who else who
-        found.append(
+        detections.append(
             tracks.detection(
                 frame, values[:, :2], values[:, 2], None if isinstance(who, (list, type(None))) else str(who)
             )
         )
-    return tracks.to_evidence(content, found, layouts.by_count(content, "keypoints", count, allowed), options)
+    names = layouts.by_count(content, "keypoints", count, allowed)
+    return tracks.to_evidence(content, detections, names, options)
 
 
 def read_array(content: Content, options: Options) -> Evidence:
     """Evidence of an array of landmarks."""
     values = _floats(content, "array", content.tree)
     names = layouts.by_count(content, "array", values.shape[1], ALPHAPOSE)
-    found = [tracks.detection(t, row[:, :2], row[:, 2]) for t, row in enumerate(values)]
-    return tracks.to_evidence(content, found, names, options)
+    detections = [tracks.detection(t, row[:, :2], row[:, 2]) for t, row in enumerate(values)]
+    return tracks.to_evidence(content, detections, names, options)
 
 
 def read_mmpose(content: Content, options: Options) -> Evidence:
     """Evidence of MMPose's predictions."""
-    found, count = [], 0
+    detections, count = [], 0
     frames = content.tree["instance_info"]
     if not isinstance(frames, list):
         raise content.fail("instance_info", f"a {type(frames).__name__}", "a list of frames")
@@ -180,18 +181,18 @@ def read_mmpose(content: Content, options: Options) -> Evidence:
             points = _floats(content, f"{key}.keypoints", _get(one, "keypoints"))
             scores = _floats(content, f"{key}.keypoint_scores", _get(one, "keypoint_scores")).reshape(-1)
             if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) != len(scores):
-                found_text = f"shapes {points.shape} and {scores.shape}"
-                raise content.fail(f"{key}.keypoints", found_text, "(J, 2), with keypoint_scores (J,)")
+                shapes = f"shapes {points.shape} and {scores.shape}"
+                raise content.fail(f"{key}.keypoints", shapes, "(J, 2), with keypoint_scores (J,)")
             if count and len(points) != count:
                 raise content.fail(
                     f"{key}.keypoints", f"{len(points)} landmarks after {count}", "the same number"
                 )
             count = len(points)
             who = one.get("track_id", one.get("instance_id"))
-            found.append(
+            detections.append(
                 tracks.detection(int(number), points[:, :2], scores, None if who is None else str(who))
             )
-    return tracks.to_evidence(content, found, _meta(content, count) if found else (), options)
+    return tracks.to_evidence(content, detections, _meta(content, count) if detections else (), options)
 
 
 def _meta(content: Content, count: int) -> tuple[str, ...]:
@@ -199,9 +200,9 @@ def _meta(content: Content, count: int) -> tuple[str, ...]:
     meta = content.tree.get("meta_info")
     table = meta.get("keypoint_id2name") if isinstance(meta, Mapping) else None
     if isinstance(table, Mapping) and len(table) == count:
-        given = [table.get(str(i), table.get(i, "")) for i in range(count)]
-        if any(layouts.known(given)) and count < 100:
-            return layouts.known(given)
+        labels = [table.get(str(i), table.get(i, "")) for i in range(count)]
+        if any(layouts.known(labels)) and count < 100:
+            return layouts.known(labels)
     allowed = ("coco_17", "halpe_26", "wholebody_133", "halpe_136")
     return layouts.by_count(content, "instance_info", count, allowed)
 
@@ -218,10 +219,10 @@ def _get(one: Any, key: str) -> Any:
 
 
 def _list(content: Content, key: str, one: Any, name: str) -> Iterator[Any]:
-    found = _get(one, name)
-    if not isinstance(found, list):
-        raise content.fail(key, f"a {type(found).__name__}", "a list")
-    return iter(found)
+    rows = _get(one, name)
+    if not isinstance(rows, list):
+        raise content.fail(key, f"a {type(rows).__name__}", "a list")
+    return iter(rows)
 
 
 def _floats(content: Content, key: str, value: Any) -> Array:

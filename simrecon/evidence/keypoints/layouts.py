@@ -40,9 +40,9 @@ def by_count(content: Content, key: str, count: int, allowed: Sequence[str]) -> 
     raise content.fail(key, f"{count} landmarks", sizes)
 
 
-def known(given: Sequence[str]) -> tuple[str, ...]:
+def known(names: Sequence[str]) -> tuple[str, ...]:
     """Names that a file gives its landmarks, `""` for those that the landmark table does not know."""
-    return tuple(_known(str(name)) for name in given)
+    return tuple(_known(str(name)) for name in names)
 
 
 def _known(name: str) -> str:

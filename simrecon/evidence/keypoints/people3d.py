@@ -52,7 +52,7 @@ def matches_sam(content: Content) -> bool:
 
 def read_phalp(content: Content, options: Options) -> Evidence:
     """Evidence of one person of a PHALP file."""
-    found: list[Detection] = []
+    detections: list[Detection] = []
     people: list[_Person] = []
     sizes: set[tuple[int, int]] = set()
     for i, (name, frame) in enumerate(content.tree.items()):
@@ -72,18 +72,19 @@ def read_phalp(content: Content, options: Options) -> Evidence:
             if len(points) < OPENPOSE or len(joints) < OPENPOSE:
                 raise content.fail(key, f"{len(joints)} joints", f"{OPENPOSE} or more")
             place = _array(content, f"{name}.camera[{k}]", _at(content, name, frame, "camera", k), (3,))
-            found.append(
+            detections.append(
                 tracks.detection(number, points[:OPENPOSE], np.ones(OPENPOSE), str(who), len(people))
             )
             people.append(_Person(joints[:OPENPOSE], place, np.nan))
     if len(sizes) > 1:
         raise content.fail("size", f"{len(sizes)} sizes of images", "one")
-    return _evidence(content, options, found, people, layouts.layout("openpose_25"), next(iter(sizes), None))
+    names = layouts.layout("openpose_25")
+    return _evidence(content, options, detections, people, names, next(iter(sizes), None))
 
 
 def read_sam(content: Content, options: Options) -> Evidence:
     """Evidence of one person of SAM 3D Body's outputs."""
-    found: list[Detection] = []
+    detections: list[Detection] = []
     people: list[_Person] = []
     names = layouts.layout("mhr_70")
     for where, person in _sam_people(content.tree, first=False):
@@ -99,13 +100,13 @@ def read_sam(content: Content, options: Options) -> Evidence:
         if not (focal > 0).all():
             raise content.fail(f"{label}.focal_length", f"{focal.min():g}", "above 0 px")
         who = person.get("track_id", person.get("person_id"))
-        found.append(
+        detections.append(
             tracks.detection(
                 number, points, np.ones(len(names)), None if who is None else str(who), len(people)
             )
         )
         people.append(_Person(joints, place, float(focal.mean())))
-    return _evidence(content, options, found, people, names, None)
+    return _evidence(content, options, detections, people, names, None)
 
 
 def _sam_people(tree: Any, *, first: bool) -> list[tuple[tuple[int, str], Mapping[str, Any]]]:
@@ -156,14 +157,14 @@ def _stacked(tree: Mapping[str, Any]) -> list[tuple[tuple[int, str], Mapping[str
 def _evidence(
     content: Content,
     options: Options,
-    found: list[Detection],
+    detections: list[Detection],
     people: list[_Person],
     names: tuple[str, ...],
     size: tuple[int, int] | None,
 ) -> Evidence:
     """Landmarks and joints of the person, and the lens that makes the one of the other."""
-    evidence = tracks.to_evidence(content, found, names, options)
-    track, _ = tracks.follow(content, found, options.person)
+    evidence = tracks.to_evidence(content, detections, names, options)
+    track, _ = tracks.follow(content, detections, options.person)
     mine = [people[one.index] for one in track]
     joints, places = np.stack([one.joints_m for one in mine]), np.stack([one.place_m for one in mine])
     pixels = np.stack([one.points_px for one in track])  # (T, J, 2)
@@ -177,8 +178,8 @@ def _evidence(
     if camera is None:
         camera, off_px = lens(joints + places[:, None], pixels, size)
     if off_px > AGREE_PX:
-        found_text = f"landmarks {off_px:.1f} px off the projected 3D joints"
-        raise content.fail("pred_keypoints_2d, 2d_joints", found_text, f"at most {AGREE_PX:g} px, or --fov")
+        off = f"landmarks {off_px:.1f} px off the projected 3D joints"
+        raise content.fail("pred_keypoints_2d, 2d_joints", off, f"at most {AGREE_PX:g} px, or --fov")
     note = f"focal length {camera.lens.matrix_px[0, 0]:.0f} px"
     if weak:
         note += " (nearly orthographic: give --fov for the real one), distance not used"
@@ -218,10 +219,10 @@ def lens(joints_m: Array, pixels: Array, size: tuple[int, int] | None) -> tuple[
 
 
 def _row(content: Content, name: Any, frame: Any, key: str) -> list[Any]:
-    found = frame.get(key) if isinstance(frame, Mapping) else None
-    if not isinstance(found, (list, tuple, np.ndarray)):
+    row = frame.get(key) if isinstance(frame, Mapping) else None
+    if not isinstance(row, (list, tuple, np.ndarray)):
         raise content.fail(f"{name}.{key}", "no such list", "a list of people")
-    return list(found)
+    return list(row)
 
 
 def _at(content: Content, name: Any, frame: Any, key: str, index: int) -> Any:

@@ -65,7 +65,7 @@ def _read(content: Content, options: Options, up: str | None) -> Evidence:
     if fps is None and (rate := _has(content, PLAIN_RATES)) is not None:
         fps = arrays.scalar(rate, RATE_RANGE_HZ, "Hz")
     fps = options.video_fps if fps is None else fps
-    found = SmplMotion(
+    motion = SmplMotion(
         model=model,
         frame=options.frame or "world",
         times_s=times_s(content.source, np.arange(len(rotations)), fps),
@@ -73,7 +73,7 @@ def _read(content: Content, options: Options, up: str | None) -> Evidence:
         trans_m=smpl.translation(arrays, place),
     )
     note = "" if fps is None else f"{fps:g} Hz"
-    return smpl.to_evidence(content, found, options, up=up, camera=options.camera, notes=note)
+    return smpl.to_evidence(content, motion, options, up=up, camera=options.camera, notes=note)
 
 
 def _pose(content: Content, arrays: Arrays) -> tuple[str, Array]:

@@ -140,28 +140,28 @@ def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
 
     More joints than asked for, such as those of the fingers, are left out.
     """
-    given = arrays.array(key)
-    width = int(np.prod(given.shape[1:]))
-    if given.ndim not in (2, 3) or width % 3 or width < 3 * joints or given.shape[-1] not in (3, width):
+    values = arrays.array(key)
+    width = int(np.prod(values.shape[1:]))
+    if values.ndim not in (2, 3) or width % 3 or width < 3 * joints or values.shape[-1] not in (3, width):
         valid = f"shape (T, {3 * joints}) or (T, {joints}, 3), or more joints"
-        arrays.fail(key, f"shape {given.shape}", valid)
-    flat = arrays.finite(key, ("T", *given.shape[1:])).reshape(len(given), -1)
+        arrays.fail(key, f"shape {values.shape}", valid)
+    flat = arrays.finite(key, ("T", *values.shape[1:])).reshape(len(values), -1)
     return rotations.exp(flat[:, : 3 * joints].reshape(len(flat), joints, 3))
 
 
 def pose_matrices(arrays: Arrays, key: str, joints: int) -> Array:
     """Rotation matrices as quaternions (T, joints, 4); the array is (T, joints, 3, 3)."""
-    given = arrays.finite(key, ("T", joints, 3, 3))
-    off = np.abs(np.swapaxes(given, -1, -2) @ given - np.eye(3)).max()
-    if off > 1e-2 or (np.linalg.det(given) < 0).any():
+    values = arrays.finite(key, ("T", joints, 3, 3))
+    off = np.abs(np.swapaxes(values, -1, -2) @ values - np.eye(3)).max()
+    if off > 1e-2 or (np.linalg.det(values) < 0).any():
         arrays.fail(key, f"matrices off orthogonal by {off:.2g}", "rotation matrices")
-    return rotations.from_matrix(given)
+    return rotations.from_matrix(values)
 
 
 def translation(arrays: Arrays, key: str) -> Array:
     """A translation (T, 3); the array may have axes of one more."""
-    given = arrays.array(key)
-    squeezed = given.reshape(len(given), -1) if given.ndim > 2 else given
+    values = arrays.array(key)
+    squeezed = values.reshape(len(values), -1) if values.ndim > 2 else values
     return Arrays(arrays.source, {key: squeezed}, arrays.sha256, arrays._sizes).finite(key, ("T", 3))
 
 
