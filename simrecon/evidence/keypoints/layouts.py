@@ -12,6 +12,9 @@ from simrecon.evidence.content import Content
 # Counted from the wrist on: thumb's second knuckle, first knuckles of index and little finger.
 _HAND = {"thumb": 2, "index": 5, "pinky": 17}
 
+BY_COUNT = ("coco_17", "halpe_26", "wholebody_133", "halpe_136")
+"""Layouts that their number of landmarks tells apart."""
+
 
 @cache
 def layout(name: str) -> tuple[str, ...]:
