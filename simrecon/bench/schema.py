@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.bench.statics import CHECKS
-from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io.tables import choice, not_in_file, number, option, text
 from simrecon.metrics.definitions import DEFINITIONS
 

@@ -11,7 +11,7 @@ from simrecon import scene as scenes
 from simrecon.cli import arguments, scene_motion
 from simrecon.cli.scene_motion import listed
 from simrecon.errors import InputError
-from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io import toml
 from simrecon.io.messages import hint
 from simrecon.io.values import value_of

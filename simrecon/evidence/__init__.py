@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from simrecon.evidence.camera.hidden import unknown_camera
 from simrecon.evidence.content import is_video
 from simrecon.evidence.formats import read
-from simrecon.evidence.hidden import unknown_camera
 from simrecon.evidence.memory import from_arrays
 from simrecon.evidence.npz import check_names, write
 from simrecon.evidence.options import Options

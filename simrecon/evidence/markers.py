@@ -98,11 +98,11 @@ def joint_centres(
     """
     inner = {markers[f"{side}_{joint}"][1] for side in ("left", "right") for joint in ("knee", "ankle")}
     all_names = {name for group in markers.values() for name in group}
-    for trial, whose, wanted in (
+    for trial, whose, needed in (
         (static, "static trial", all_names),
         (moving, "trial", all_names - inner),
     ):
-        if missing := sorted(wanted - set(trial.names)):
+        if missing := sorted(needed - set(trial.names)):
             raise InputError(f"markers of the {whose}: found no {', '.join(missing)}; valid: all of them")
 
     def of(role: str) -> Array:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.axes import UNITS_M
 from simrecon.evidence.content import open_content
 from simrecon.evidence.mocap import trc
-from simrecon.evidence.options import UNITS_M
 from simrecon.types import Array
 
 _HEADER_LINES = 200
@@ -59,11 +59,11 @@ class Columns:
         Raises:
             InputError: there are no such columns.
         """
-        wanted = [f"{prefix}{axis}" for axis in "xyz"]
-        if missing := [name for name in wanted if name not in self.names]:
-            found = f"no column {', '.join(missing)}"
-            raise InputError(f"{self.source}: found {found}; valid: a file with {', '.join(wanted)}")
-        return to_world(self.values[:, [self.names.index(name) for name in wanted]])
+        columns = [f"{prefix}{axis}" for axis in "xyz"]
+        if missing := [name for name in columns if name not in self.names]:
+            lacking = f"no column {', '.join(missing)}"
+            raise InputError(f"{self.source}: found {lacking}; valid: a file with {', '.join(columns)}")
+        return to_world(self.values[:, [self.names.index(name) for name in columns]])
 
 
 def to_world(vectors: Array) -> Array:
@@ -117,8 +117,8 @@ def read_mot(path: str | os.PathLike[str]) -> Columns:
     titles = [i for i in range(ends[0] + 1, len(lines)) if lines[i].strip()][:1]
     names = lines[titles[0]].split() if titles else []
     if len(names) < 2 or names[0].lower() != "time" or len(set(names)) < len(names):
-        found = f"{_twice(names)} more than once" if len(set(names)) < len(names) else repr(names[:3])
-        raise InputError(f"{source}: column names: found {found}; valid: time, then each name once")
+        there = f"{_twice(names)} more than once" if len(set(names)) < len(names) else repr(names[:3])
+        raise InputError(f"{source}: column names: found {there}; valid: time, then each name once")
     rows = [
         _numbers(source, number, line.split(), len(names))
         for number, line in enumerate(lines[titles[0] + 1 :], start=titles[0] + 2)

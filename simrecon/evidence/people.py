@@ -7,24 +7,24 @@ from collections.abc import Mapping
 from simrecon.evidence.content import Content
 
 
-def choose(content: Content, frames: Mapping[str, int], asked: str | None) -> str:
-    """The person asked for, or the only one.
+def choose(content: Content, frames: Mapping[str, int], choice: str | None) -> str:
+    """The person of the user's choice, or the only one.
 
     Args:
         content: the file, for messages.
         frames: number of frames by name of the person.
-        asked: by the user.
+        choice: of the user.
 
     Raises:
-        InputError: nobody in the file, several and nobody asked for, or no such person.
+        InputError: nobody in the file, several and no choice, or no such person.
     """
     there = ", ".join(f"{name} ({count} frames)" for name, count in frames.items())
     if not frames:
         raise content.fail("people", "nobody", "a file with at least one person")
-    if asked is not None:
-        if asked not in frames:
-            raise content.fail("--person", repr(asked), there)
-        return asked
+    if choice is not None:
+        if choice not in frames:
+            raise content.fail("--person", repr(choice), there)
+        return choice
     if len(frames) > 1:
         raise content.fail("people", f"{len(frames)}: {there}", "one of them, by --person")
     return next(iter(frames))

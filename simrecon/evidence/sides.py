@@ -43,34 +43,34 @@ class Sides:
 
     def as_dict(self) -> dict[str, IntArray]:
         """Frames by limbs and kind, such as `legs 2D`; only where there are any."""
-        found = {
+        mixed = {
             f"{name} {kind}": np.flatnonzero(getattr(self, name)[k])
             for name in LIMBS
             for k, kind in enumerate(KINDS)
         }
-        return {name: frames for name, frames in found.items() if len(frames)}
+        return {name: frames for name, frames in mixed.items() if len(frames)}
 
 
 def find(evidence: Evidence) -> Sides:
     """The frames in which left and right of arms or legs were mixed up."""
     weights = np.where(evidence.scores >= SCORE_MIN, evidence.scores, 0.0)
     known = np.asarray(np.isfinite(evidence.joints_m).all(axis=2), np.float64)
-    found = {}
+    mixed = {}
     for name in LIMBS:
         seen = _mixed(evidence.times_s, evidence.keypoints_px, weights, pairs(evidence.keypoint_names, name))
         estimated = _mixed(evidence.times_s, evidence.joints_m, known, pairs(evidence.joint_names, name))
-        found[name] = np.stack((seen, estimated))
-    return Sides(**found)
+        mixed[name] = np.stack((seen, estimated))
+    return Sides(**mixed)
 
 
 def in_order(evidence: Evidence) -> Evidence:
     """The evidence with left and right put in order; the same object where they are."""
-    found = find(evidence)
-    if not found.as_dict():
+    mixed = find(evidence)
+    if not mixed.as_dict():
         return evidence
     points, scores, joints = evidence.keypoints_px.copy(), evidence.scores.copy(), evidence.joints_m.copy()
     for name in LIMBS:
-        seen, estimated = getattr(found, name)
+        seen, estimated = getattr(mixed, name)
         for values, rows, names in (
             (points, seen, evidence.keypoint_names),
             (scores, seen, evidence.keypoint_names),
@@ -86,8 +86,8 @@ def pairs(names: tuple[str, ...], limbs: str) -> IntArray:
     """Columns (P, 2) of left and right points of `arms` or `legs`."""
     at = {name: column for column, name in enumerate(names)}
     both = [(f"left_{part}", f"right_{part}") for part in LIMBS[limbs]]
-    found = [(at[left], at[right]) for left, right in both if left in at and right in at]
-    return np.array(found, np.int64).reshape(-1, 2)
+    columns = [(at[left], at[right]) for left, right in both if left in at and right in at]
+    return np.array(columns, np.int64).reshape(-1, 2)
 
 
 def _mixed(times_s: Array, values: Array, weights: Array, index: IntArray) -> NDArray[np.bool_]:
@@ -131,10 +131,10 @@ def _signs(costs: Array) -> NDArray[np.bool_]:
         total = best[:, :, None] + cost[which] + price[None]
         back[t] = total.argmin(axis=0)
         best = total.min(axis=0)
-    found = np.zeros(len(costs) + 2, bool)
+    exchanged = np.zeros(len(costs) + 2, bool)
     middle, last = np.unravel_index(int(best.argmin()), (2, 2))
     for t in range(len(costs) - 1, -1, -1):
-        found[t + 2] = last
+        exchanged[t + 2] = last
         middle, last = back[t, middle, last], middle
-    found[1], found[0] = last, middle
-    return found
+    exchanged[1], exchanged[0] = last, middle
+    return exchanged

@@ -12,7 +12,7 @@ from simrecon import evidence as readers
 from simrecon.body import Wanted, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
-from simrecon.evidence import fov, hidden, lens
+from simrecon.evidence.camera import files, fov, hidden
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
 from simrecon.types import Array, Camera, Evidence
@@ -145,7 +145,7 @@ def _lens(job: Job, size_px: tuple[int, int] | None) -> tuple[Camera | None, str
     reading = job.reading
     if reading.camera is not None:
         hint = str(job.video or job.input)
-        return lens.read(reading.camera, name=reading.camera_name, size_px=size_px, up=reading.up, hint=hint)
+        return files.read(reading.camera, name=reading.camera_name, size_px=size_px, up=reading.up, hint=hint)
     source = "" if reading.fov_deg is None else f"--fov {reading.fov_deg:g}"
     return fov.from_fov(reading.fov_deg, size_px), source
 

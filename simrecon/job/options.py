@@ -11,9 +11,10 @@ from typing import Any
 
 from simrecon.body import mass
 from simrecon.evidence import formats
-from simrecon.evidence.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
-from simrecon.evidence.npz import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.evidence.options import AXES, FRAMES, UNITS_M
+from simrecon.evidence.axes import AXES, UNITS_M
+from simrecon.evidence.camera.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.evidence.options import FRAMES
 from simrecon.evidence.video.weights import MODELS
 from simrecon.io import tables
 

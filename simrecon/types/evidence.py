@@ -20,7 +20,7 @@ class Evidence:
         joint_names: K names, empty without a 3D estimate.
         joints_m: (T, K, 3), NaN = unknown.
         joints_frame: `world`, `camera` or `camera_root_relative`.
-        betas, mass_kg, height_m: what is known of the person, or None.
+        mass_kg, height_m: what is known of the person, or None.
         camera: None where no intrinsics are known.
         ground_known: whether the scene's ground is where the world of the camera's path has it; if not, it is
             estimated, as it is without a path.
@@ -35,7 +35,6 @@ class Evidence:
     joint_names: tuple[str, ...]
     joints_m: Array
     joints_frame: str
-    betas: Array | None = None
     mass_kg: float | None = None
     height_m: float | None = None
     camera: Camera | None = None

@@ -71,7 +71,7 @@ def test_bvh_in_other_units_and_axes(tmp_path: Path) -> None:
 
 
 def test_axes_are_turned_and_never_mirrored() -> None:
-    from simrecon.evidence.options import AXES, to_z_up
+    from simrecon.evidence.axes import AXES, to_z_up
 
     for axis in AXES:
         turn = to_z_up(axis)

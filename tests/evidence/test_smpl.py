@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,9 @@ from simrecon import evidence, resources
 from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.smpl import motion as smpl
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.types import Evidence
+from simrecon.types import Camera, Evidence, Lens
 from tests.support import foreign_files as foreign
 
 FPS = foreign.FPS
@@ -201,10 +202,9 @@ def test_round_trip_in_a_world_with_z_up(tmp_path: Path, layout: str) -> None:
     assert len(found.sha256) == 64
 
 
-def test_wham_keeps_frame_numbers_and_betas(tmp_path: Path) -> None:
+def test_wham_keeps_frame_numbers(tmp_path: Path) -> None:
     found = evidence.read(wham(tmp_path), AT_30)
     np.testing.assert_allclose(found.times_s, (np.arange(T) + 3) / FPS)
-    np.testing.assert_allclose(found.betas, np.arange(10.0))
 
 
 @pytest.mark.parametrize("write", [wham, gvhmr])
@@ -222,10 +222,8 @@ def test_gvhmr_gives_its_lens_while_the_camera_stands(tmp_path: Path) -> None:
     assert still.camera is not None
     np.testing.assert_allclose(still.camera.lens.matrix_px, K)
     assert still.camera.lens.image_size_px == (1280, 720)
-    turning = foreign.poses()[0][:, 0] + np.linspace(0, 0.6, T)[:, None] * [0, 1, 0]
-    moving = evidence.read(gvhmr(tmp_path, global_orient=turning), AT_30)
-    assert moving.camera is None
-    assert "the camera turns" in moving.reading
+    assert still.camera.path is None
+    assert still.ground_known
 
 
 def test_tram_without_a_camera_file_is_in_the_camera(tmp_path: Path) -> None:
@@ -251,12 +249,147 @@ def test_tram_with_a_moving_camera(tmp_path: Path, world: bool) -> None:
     wanted = np.einsum("tij,tkj->tki", turn, seen) + move[:, None]
     assert found.joints_frame == ("world" if world else "camera")
     np.testing.assert_allclose(found.joints_m, foreign.y_to_z(wanted) if world else wanted, atol=1e-6)
-    assert found.camera is None
+    if not world:
+        assert found.camera is None
+        assert (
+            "the camera moves, so its lens is not used (the file has no world that is level)" in found.reading
+        )
+
+
+# --- cameras that are carried
+
+WITH_LENS = replace(AT_30, camera=Camera(Lens(K, np.zeros(5), (1280, 720))))
+
+
+@dataclass(frozen=True)
+class Pan:
+    """A person in the world and before a camera that pans, as `foreign.carried` has them."""
+
+    model: str
+    joints: int
+    jitter_m: float = 0.0
+
+    def sets(self) -> tuple[np.ndarray, ...]:
+        """World rotations and places, the camera's axes and places, rotations and places that it sees."""
+        vectors, place = foreign.poses(joints=self.joints)
+        axes, places, seen, there = foreign.carried(vectors, place, np.array(table()[self.model]["pelvis"]))
+        noise = self.jitter_m * np.random.default_rng(1).normal(size=(T, 3))
+        return (
+            vectors,
+            place,
+            axes,
+            places + noise,
+            seen,
+            there - (np.swapaxes(axes, 1, 2) @ noise[..., None])[..., 0],
+        )
+
+
+def panned_wham(folder: Path, jitter_m: float = 0.0) -> Path:
+    vectors, place, _, _, seen, there = Pan("smpl", 24, jitter_m).sets()
+    flat = {"pose": seen.reshape(T, 72), "pose_world": vectors.reshape(T, 72)}
+    return wham(folder, trans=there, trans_world=place, **flat)
+
+
+def panned_gvhmr(folder: Path, jitter_m: float = 0.0, group: str = "smpl_params") -> Path:
+    vectors, place, _, _, seen, there = Pan("smplx", 22, jitter_m).sets()
+    tree: dict[str, Any] = {"K_fullimg": np.tile(K, (T, 1, 1))}
+    for name, root, where in (("global", vectors[:, 0], place), ("incam", seen[:, 0], there)):
+        tree[f"{group}_{name}"] = params(0, global_orient=root, transl=where)
+    return foreign.save_torch(folder / "hmr4d_results.pt", tree)
+
+
+def panned_gem(folder: Path, jitter_m: float = 0.0) -> Path:
+    return panned_gvhmr(folder, jitter_m, "body_params")
+
+
+def panned_tram(folder: Path, jitter_m: float = 0.0) -> Path:
+    _, _, axes, places, seen, there = Pan("smpl", 24, jitter_m).sets()
+    tram_camera(folder, axes, places, world=True)
+    return tram(folder, pred_rotmat=rotations.matrix(rotations.exp(seen)), pred_trans=there[:, None])
+
+
+def panned_prompthmr(folder: Path, jitter_m: float = 0.0, **seen_change: Any) -> Path:
+    vectors, place, axes, places, seen, there = Pan("smplx", 22, jitter_m).sets()
+    hands = np.zeros((T, 99))
+    world = {"pose": np.concatenate((vectors.reshape(T, 66), hands), axis=1), "trans": place}
+    camera = {"pose": np.concatenate((seen.reshape(T, 66), hands), axis=1), "trans": there} | seen_change
+    track = {"smplx_world": world, "smplx_cam": camera, "frames": np.arange(T)}
+    film = {"Rwc": axes, "Twc": places, "img_focal": 900.0, "img_center": np.array([640.0, 360.0])}
+    return foreign.save_joblib(folder / "results.pkl", {"people": {1: track}, "camera_world": film})
+
+
+PANNED: dict[str, tuple[Callable[..., Path], Pan]] = {
+    "WHAM": (panned_wham, Pan("smpl", 24)),
+    "GVHMR": (panned_gvhmr, Pan("smplx", 22)),
+    "GEM": (panned_gem, Pan("smplx", 22)),
+    "TRAM": (panned_tram, Pan("smpl", 24)),
+    "PromptHMR": (panned_prompthmr, Pan("smplx", 22)),
+}
+
+
+@pytest.mark.parametrize("layout", PANNED)
+def test_a_path_brings_the_world_to_what_the_camera_sees(tmp_path: Path, layout: str) -> None:
+    write, pan = PANNED[layout]
+    seen = evidence.read(write(tmp_path), WITH_LENS if layout == "WHAM" else AT_30)
+    _, _, _, _, vectors, place = pan.sets()
+    expected = foreign.smpl_joints(table(), pan.model, vectors, place)
+    assert seen.joints_frame == "world"
+    np.testing.assert_allclose(cameras.to_camera(seen.camera, seen.joints_m), expected, atol=1e-6)
+    np.testing.assert_allclose(seen.camera.lens.matrix_px, K)
+    assert not seen.ground_known
+    assert "along the path in the file" in seen.reading
+
+
+@pytest.mark.parametrize("layout", PANNED)
+def test_a_path_that_jumps_is_left_out(tmp_path: Path, layout: str) -> None:
+    seen = evidence.read(PANNED[layout][0](tmp_path, 0.3), WITH_LENS if layout == "WHAM" else AT_30)
+    assert seen.ground_known
+    assert "its path jumps by" in seen.reading
+    if layout == "WHAM":  # the user's lens
+        assert seen.camera.path is None
+        assert "taken for still" in seen.reading
+    else:
+        assert seen.camera is None
+        assert "its lens is not used" in seen.reading
+
+
+def test_a_path_that_is_not_where_the_person_is_seen_is_left_out(tmp_path: Path) -> None:
+    _, _, _, _, _, there = Pan("smplx", 22).sets()
+    aside = evidence.read(panned_prompthmr(tmp_path, trans=there + np.array([0.3, 0.0, 0.0])), AT_30)
+    assert aside.camera is None
+    assert "the person in the camera's frame is 0.30 m off" in aside.reading
+
+
+def test_a_path_with_the_person_behind_it_is_left_out(tmp_path: Path) -> None:
+    vectors, place, axes, places, _, _ = Pan("smplx", 22).sets()
+    pose = np.concatenate((vectors.reshape(T, 66), np.zeros((T, 99))), axis=1)
+    track = {"smplx_world": {"pose": pose, "trans": place}, "frames": np.arange(T)}
+    around = axes @ np.diag([-1.0, 1.0, -1.0])
+    film = {"Rwc": around, "Twc": places, "img_focal": 900.0, "img_center": np.array([640.0, 360.0])}
+    path = foreign.save_joblib(tmp_path / "results.pkl", {"people": {1: track}, "camera_world": film})
+    seen = evidence.read(path, AT_30)
+    assert seen.camera is None
+    assert "the person is behind it in 100 % of the frames" in seen.reading
+
+
+def test_without_a_lens_a_path_is_of_no_use(tmp_path: Path) -> None:
+    assert evidence.read(panned_wham(tmp_path), AT_30).camera is None
+
+
+def test_a_camera_that_stands_keeps_the_lens_alone(tmp_path: Path) -> None:
+    vectors, place = foreign.poses()
+    pelvis = np.array(table()["smpl"]["pelvis"])
+    _, _, seen, there = foreign.carried(vectors, place, pelvis, pan_rad=0.05, move_m=0.02)
+    flat = {"pose": seen.reshape(T, 72), "pose_world": vectors.reshape(T, 72)}
+    still = evidence.read(wham(tmp_path, trans=there, trans_world=place, **flat), WITH_LENS)
+    assert still.camera.path is None
+    assert still.ground_known
+    assert "the camera" not in still.reading
 
 
 def test_smpl_joints_of_a_rest_pose_are_those_of_the_table() -> None:
     motion = smpl.SmplMotion(
-        "smpl", "world", np.arange(2.0), np.tile([1.0, 0, 0, 0], (2, 24, 1)), np.zeros((2, 3)), None
+        "smpl", "world", np.arange(2.0), np.tile([1.0, 0, 0, 0], (2, 24, 1)), np.zeros((2, 3))
     )
     places = smpl.joints_m(motion)[0]
     at = dict(zip(smpl.names(), places, strict=True))

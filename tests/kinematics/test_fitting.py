@@ -255,3 +255,21 @@ def test_feet_that_stand_are_known_before_a_panning_camera(make, weights) -> Non
         standing.append(see.standing)
     assert standing[0].max() > 0.5
     np.testing.assert_allclose(standing[1], standing[0], atol=0.15)
+
+
+def test_a_path_in_a_world_without_a_known_ground_is_moved_with_it(make, walk, camera, weights) -> None:
+    carried = panning(camera, T)
+    low = np.eye(4)
+    low[2, 3] = 0.4  # the evidence's origin is in the air
+    evidence = make.seen(walk, carried)
+    evidence = replace(
+        evidence,
+        joints_m=evidence.joints_m - low[:3, 3],
+        camera=cameras.with_path(carried, cameras.extrinsics(carried) @ low),
+        ground_known=False,
+        height_m=1.75,
+    )
+    fit = kinematics.fit(evidence, Scene(), weights)
+    np.testing.assert_allclose(fit.qpos[:, 2], walk.root_m[:, 2], atol=0.04)
+    np.testing.assert_allclose(cameras.centre_m(fit.camera), cameras.centre_m(carried), atol=0.04)
+    assert np.median(fit.reprojection_px) < 4.0

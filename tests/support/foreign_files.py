@@ -32,6 +32,26 @@ def poses(seed: int = 0, frames: int = T, joints: int = 24) -> tuple[np.ndarray,
     return vectors, place
 
 
+def carried(
+    vectors: np.ndarray, place: np.ndarray, pelvis: np.ndarray, pan_rad: float = 0.5, move_m: float = 0.4
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A camera that pans and moves before a person, y up: its axes (T, 3, 3) and places (T, 3) in the world.
+
+    Then what it sees, in its own frame: rotation vectors (T, joints, 3) and translations (T, 3), of a body
+    with its pelvis at (3,) at rest.
+    """
+    share = np.linspace(-0.5, 0.5, len(vectors))[:, None]
+    ahead = np.diag([-1.0, -1.0, 1.0])  # x right, y down, z forward, along the world's z
+    axes = rotations.matrix(rotations.exp(pan_rad * share * [0.0, 1.0, 0.0])) @ ahead
+    places = np.array([0.2, 1.3, -2.0]) + move_m * share * [1.0, 0.2, 0.5]
+    back = np.swapaxes(axes, 1, 2)
+    seen = vectors.copy()
+    root = back @ rotations.matrix(rotations.exp(vectors[:, 0]))
+    seen[:, 0] = rotations.log(rotations.from_matrix(root))
+    there = (back @ (place + pelvis - places)[..., None])[..., 0] - pelvis
+    return axes, places, seen, there
+
+
 # --- SMPL by textbook: 4x4 matrices down the tree, another way than the package's
 
 

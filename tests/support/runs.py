@@ -69,11 +69,12 @@ def camera(frames: int) -> Camera:
     return cameras.still(Lens(matrix, np.zeros(5), (640, 480)), view, frames)
 
 
-def seen(body: Body, qpos: Array) -> Evidence:
-    """What the camera and a perfect 3D estimate see of configurations (T, nq)."""
+def seen(body: Body, qpos: Array, by: Camera | None = None) -> Evidence:
+    """What a camera, `camera()` if None, and a perfect 3D estimate see of configurations (T, nq)."""
+    by = camera(len(qpos)) if by is None else by
     points = kinematics.configurations(body, qpos)[1]
     names = body.skeleton.point_names
-    pixels = cameras.project(camera(len(qpos)), points)
+    pixels = cameras.project(by, points)
     return Evidence(
         times_s=FRAME_S * np.arange(len(qpos), dtype=float),
         keypoint_names=names,
@@ -84,7 +85,7 @@ def seen(body: Body, qpos: Array) -> Evidence:
         joints_frame="world",
         mass_kg=MASS_KG,
         height_m=HEIGHT_M,
-        camera=camera(len(qpos)),
+        camera=by,
         sha256="0" * 64,
     )
 

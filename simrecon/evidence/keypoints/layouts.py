@@ -12,6 +12,9 @@ from simrecon.evidence.content import Content
 # Counted from the wrist on: thumb's second knuckle, first knuckles of index and little finger.
 _HAND = {"thumb": 2, "index": 5, "pinky": 17}
 
+BY_COUNT = ("coco_17", "halpe_26", "wholebody_133", "halpe_136")
+"""Layouts that their number of landmarks tells apart."""
+
 
 @cache
 def layout(name: str) -> tuple[str, ...]:
@@ -40,9 +43,9 @@ def by_count(content: Content, key: str, count: int, allowed: Sequence[str]) -> 
     raise content.fail(key, f"{count} landmarks", sizes)
 
 
-def known(given: Sequence[str]) -> tuple[str, ...]:
+def known(names: Sequence[str]) -> tuple[str, ...]:
     """Names that a file gives its landmarks, `""` for those that the landmark table does not know."""
-    return tuple(_known(str(name)) for name in given)
+    return tuple(_known(str(name)) for name in names)
 
 
 def _known(name: str) -> str:

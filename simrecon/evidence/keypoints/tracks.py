@@ -42,7 +42,7 @@ class Detection:
 
 
 def follow(
-    content: Content, detections: Sequence[Detection], asked: str | None
+    content: Content, detections: Sequence[Detection], choice: str | None
 ) -> tuple[list[Detection], str]:
     """The detections of one person, by frame, and how they were found.
 
@@ -54,8 +54,8 @@ def follow(
     """
     for one in detections:
         if (np.abs(one.points_px) > PLACE_MAX_PX).any():
-            found = f"a landmark {np.nanmax(np.abs(one.points_px)):.3g} px away in frame {one.frame}"
-            raise content.fail("keypoints", found, f"at most {PLACE_MAX_PX:g}")
+            text = f"a landmark {np.nanmax(np.abs(one.points_px)):.3g} px away in frame {one.frame}"
+            raise content.fail("keypoints", text, f"at most {PLACE_MAX_PX:g}")
     seen = [one for one in detections if np.isfinite(one.points_px).all(axis=-1).any()]
     if all(one.person is not None for one in seen):
         grouped: dict[str, list[Detection]] = {}
@@ -67,12 +67,12 @@ def follow(
         how = "followed by distance"
     kept, short = _long(grouped)
     frames = {name: len(track) for name, track in kept.items()}
-    person = people.choose(content, frames if asked is None or asked in kept else _counts(grouped), asked)
+    person = people.choose(content, frames if choice is None or choice in kept else _counts(grouped), choice)
     track = sorted(grouped[person], key=lambda one: one.frame)
     for one, other in pairwise(track):
         if one.frame == other.frame:
-            found = f"person {person} twice in frame {one.frame}"
-            raise content.fail("people", found, "each person once in a frame")
+            text = f"person {person} twice in frame {one.frame}"
+            raise content.fail("people", text, "each person once in a frame")
     notes = [people.named(frames, person)]
     if len(grouped) > 1:
         notes += [how, f"{short} short tracks left out" if short else ""]

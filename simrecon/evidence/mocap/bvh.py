@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simrecon.evidence.axes import UNITS_M, find_unit, find_up, to_z_up
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
-from simrecon.evidence.options import UNITS_M, Options, find_unit, find_up, to_z_up
+from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
 
 NEEDED = tuple(
@@ -139,16 +140,16 @@ def parse(content: Content) -> tuple[list[Joint], float, Array]:
     except (IndexError, ValueError):
         frames, interval, named = 0, 0.0, False
     if not named or not 0 < frames <= FRAMES_MAX or not 1e-4 < interval < 1:
-        found = " ".join(tail.split(maxsplit=5)[:5])
-        raise content.fail("MOTION", repr(found), "Frames: N, then Frame Time: seconds")
+        head = " ".join(tail.split(maxsplit=5)[:5])
+        raise content.fail("MOTION", repr(head), "Frames: N, then Frame Time: seconds")
     numbers = words[5] if len(words) > 5 else ""
     try:
         values = np.array(numbers.split(), dtype=np.float64)
     except ValueError as error:
         raise content.fail("MOTION", str(error), "numbers") from error
     if len(values) != frames * width:
-        found = f"{len(values)} values for {frames} frames of {width} channels"
-        raise content.fail("MOTION", found, f"{frames * width} values: is the file whole?")
+        there = f"{len(values)} values for {frames} frames of {width} channels"
+        raise content.fail("MOTION", there, f"{frames * width} values: is the file whole?")
     if not np.isfinite(values).all():
         bad = int(np.argmax(~np.isfinite(values))) // max(width, 1)
         raise content.fail("MOTION", f"no number at frame {bad}", "finite numbers")
@@ -193,11 +194,11 @@ def _hierarchy(content: Content, words: list[str]) -> list[Joint]:
     return joints
 
 
-def _channels(content: Content, given: list[str]) -> tuple[str, ...]:
+def _channels(content: Content, names: list[str]) -> tuple[str, ...]:
     known = {name.lower(): name for name in CHANNELS}
-    if unknown := [name for name in given if name.lower() not in known]:
+    if unknown := [name for name in names if name.lower() not in known]:
         raise content.fail("CHANNELS", ", ".join(unknown), ", ".join(CHANNELS))
-    return tuple(known[name.lower()] for name in given)
+    return tuple(known[name.lower()] for name in names)
 
 
 def positions(joints: list[Joint], values: Array) -> Array:
@@ -209,9 +210,9 @@ def positions(joints: list[Joint], values: Array) -> Array:
     for i, joint in enumerate(joints):
         moved = np.broadcast_to(joint.offset, (frames, 3)).copy()
         rotation = np.broadcast_to(np.eye(3), (frames, 3, 3))
-        positions_given = [name for name in joint.channels if name.endswith("position")]
-        if positions_given and joint.parent < 0:
-            moved[:] = joint.offset if len(positions_given) < 3 else 0.0
+        positions = [name for name in joint.channels if name.endswith("position")]
+        if positions and joint.parent < 0:
+            moved[:] = joint.offset if len(positions) < 3 else 0.0
         for name in joint.channels:
             value = values[:, column]
             column += 1

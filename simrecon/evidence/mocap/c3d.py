@@ -62,7 +62,7 @@ def _check_size(content: Content) -> None:
     before = max(start - 1, 0) * _BLOCK
     claimed = before + points * max(last - first + 1, 0) * (16 if scale < 0 else 8)
     if claimed > len(raw):
-        found = (
+        there = (
             f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"
         )
-        raise content.fail("header", found, "a whole C3D file")
+        raise content.fail("header", there, "a whole C3D file")

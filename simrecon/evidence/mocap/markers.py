@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from simrecon.evidence.axes import UNITS_M, find_unit
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
 from simrecon.evidence.mocap.bvh import NEEDED, points_evidence
-from simrecon.evidence.options import UNITS_M, Options, find_unit
+from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
 
 
@@ -110,13 +111,13 @@ def _hips(points: dict[str, Array], at: Mapping[str, Array], metre: float) -> li
 def _shoulders(points: dict[str, Array], at: Mapping[str, Array]) -> list[str]:
     """Shoulder centres below the acromia (Rab et al. 2002)."""
     table = names.table("acromion")
-    found = [
+    acromia = [
         next((at[n] for n in (names.on_side(m, side) for m in table["markers"]) if n in at), None)
         for side in ("l", "r")
     ]
-    if found[0] is None or found[1] is None or "left_hip" not in points or "left_shoulder" in points:
+    if acromia[0] is None or acromia[1] is None or "left_hip" not in points or "left_shoulder" in points:
         return []
-    left, right = found[0], found[1]
+    left, right = acromia[0], acromia[1]
     down = _unit((points["left_hip"] + points["right_hip"]) / 2 - (left + right) / 2)
     drop = table["drop"] * np.linalg.norm(left - right, axis=-1, keepdims=True)
     points["left_shoulder"], points["right_shoulder"] = left + drop * down, right + drop * down

@@ -13,8 +13,8 @@ from simrecon import resources
 @cache
 def table(name: str) -> dict[str, Any]:
     """One table of `mocap.toml`."""
-    found: dict[str, Any] = resources.toml("models", "body", "mocap.toml")[name]
-    return found
+    group: dict[str, Any] = resources.toml("models", "body", "mocap.toml")[name]
+    return group
 
 
 def flat(name: str) -> str:
@@ -43,15 +43,15 @@ def on_side(name: str, side: str) -> str:
     return f"r{name[1:]}" if name.startswith("l") else f"{name[:-1]}r" if name.endswith("l") else name
 
 
-def joints(given: Sequence[str]) -> dict[str, int]:
+def joints(names: Sequence[str]) -> dict[str, int]:
     """Index of the joint that each point of the body is, for those that the names tell."""
     index: dict[str, int] = {}
-    for i, name in enumerate(given):
+    for i, name in enumerate(names):
         index.setdefault(flat(name), i)
-    found = {}
+    at = {}
     for point, candidates in table("joint").items():
         for named, side in sides(point):
             hit = next((index[on_side(c, side)] for c in candidates if on_side(c, side) in index), None)
             if hit is not None:
-                found[named] = hit
-    return found
+                at[named] = hit
+    return at

@@ -31,8 +31,8 @@ def read_mot(content: Content, _options: Options) -> Evidence:
     Raises:
         InputError: always.
     """
-    found = "joint angles or forces (MOT, STO), which need the model they were made with"
-    raise content.fail("format", found, "the markers of the same trial (TRC)")
+    there = "joint angles or forces (MOT, STO), which need the model they were made with"
+    raise content.fail("format", there, "the markers of the same trial (TRC)")
 
 
 def read(content: Content, options: Options) -> Evidence:

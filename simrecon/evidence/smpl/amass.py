@@ -24,7 +24,6 @@ WHOLE = ("poses", "pose", "thetas", "smpl_poses", "full_pose")
 ROOTS = ("root_orient", "global_orient", "root_pose")
 BODIES = ("pose_body", "body_pose")
 PLACES = ("trans", "transl", "translation", "smpl_trans", "root_trans")
-SHAPES = ("betas", "shape", "beta")
 RATE_RANGE_HZ = (2.0, 2000.0)
 
 
@@ -66,17 +65,15 @@ def _read(content: Content, options: Options, up: str | None) -> Evidence:
     if fps is None and (rate := _has(content, PLAIN_RATES)) is not None:
         fps = arrays.scalar(rate, RATE_RANGE_HZ, "Hz")
     fps = options.video_fps if fps is None else fps
-    shape = _has(content, SHAPES)
-    found = SmplMotion(
+    motion = SmplMotion(
         model=model,
         frame=options.frame or "world",
         times_s=times_s(content.source, np.arange(len(rotations)), fps),
         rotations=rotations,
         trans_m=smpl.translation(arrays, place),
-        betas=None if shape is None else smpl.betas(arrays, shape),
     )
     note = "" if fps is None else f"{fps:g} Hz"
-    return smpl.to_evidence(content, found, options, up=up, camera=options.camera, notes=note)
+    return smpl.to_evidence(content, motion, options, up=up, camera=options.camera, notes=note)
 
 
 def _pose(content: Content, arrays: Arrays) -> tuple[str, Array]:

@@ -1,6 +1,7 @@
 """GVHMR `hmr4d_results.pt` and GEM/GENMO `smpl_params.pt`: SMPL-X parameters in the world and in the camera.
 
-Both worlds are aligned with gravity, y up. `K_fullimg` is the lens, its principal point the middle.
+Both worlds are aligned with gravity, y up. `K_fullimg` is the lens, its principal point the middle. The
+person in the world and in the camera gives the path of a camera that moves.
 """
 
 from __future__ import annotations
@@ -11,13 +12,12 @@ import numpy as np
 
 from simrecon.evidence.content import Content, branch
 from simrecon.evidence.options import Options, times_s
+from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
-from simrecon.geometry import rotations as turns
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Camera, Evidence
 
 GROUPS = {"gvhmr": "smpl_params", "gem": "body_params"}
-MOVING_RAD = np.radians(10.0)
 
 
 def matches_gvhmr(content: Content) -> bool:
@@ -47,20 +47,19 @@ def read_gem(content: Content, options: Options) -> Evidence:
 
 def _read(content: Content, options: Options, group: str) -> Evidence:
     frame = options.frame or ("world" if f"{group}_global" in content.tree else "camera")
-    found = _motion(content, options, group, frame)
-    camera, notes = options.camera, ""
-    other = f"{group}_{'incam' if frame == 'world' else 'global'}"
+    motion = _motion(content, options, group, frame)
+    camera, path, notes = options.camera, None, ""
     if camera is None and "K_fullimg" in content.tree:
         camera = _lens(content)
         notes = f"focal length {camera.lens.matrix_px[0, 0]:.0f} px"
-    if camera is not None and other in content.tree:
-        angle = _camera_turn(content, options, group)
-        if angle > MOVING_RAD:
-            camera, notes = (
-                None,
-                f"the camera turns by {np.degrees(angle):.0f} degrees, so its lens is not used",
-            )
-    return smpl.to_evidence(content, found, options, up="y", camera=camera, notes=notes)
+    if camera is not None and {f"{group}_global", f"{group}_incam"} <= set(content.tree):
+        world, seen = (_motion(content, options, group, name) for name in ("world", "camera"))
+        between = carried.between(world, seen)
+        if moves := carried.turning(between):
+            reason = carried.fault(between, world) if frame == "world" else carried.EACH_FRAME
+            camera, path, note = carried.choose(camera, between, moves, reason)
+            notes = note if camera is None else "; ".join(filter(None, (notes, note)))
+    return smpl.to_evidence(content, motion, options, up="y", camera=camera, path=path, notes=notes)
 
 
 def _motion(content: Content, options: Options, group: str, frame: str) -> SmplMotion:
@@ -74,7 +73,6 @@ def _motion(content: Content, options: Options, group: str, frame: str) -> SmplM
         times_s=times_s(content.source, np.arange(len(root)), options.rate_hz),
         rotations=np.concatenate((root, body), axis=1),
         trans_m=smpl.translation(arrays, f"{key}.transl"),
-        betas=smpl.betas(arrays, f"{key}.betas"),
     )
 
 
@@ -86,12 +84,3 @@ def _lens(content: Content) -> Camera:
     if matrix[0, 0] <= 0 or matrix[0, 2] <= 0 or matrix[1, 2] <= 0:
         arrays.fail("K_fullimg", str(matrix.tolist()), "[[f, 0, cx], [0, f, cy], [0, 0, 1]] in pixels")
     return smpl.lens(float(matrix[0, 0]), matrix[:2, 2])
-
-
-def _camera_turn(content: Content, options: Options, group: str) -> float:
-    """How far the camera turns during the clip, rad: the root in the camera against the root in the world."""
-    roots: list[Array] = [
-        _motion(content, options, group, frame).rotations[:, 0] for frame in ("camera", "world")
-    ]
-    world_to_camera = turns.multiply(roots[0], turns.conjugate(roots[1]))  # (T, 4)
-    return float(np.quantile(turns.angle_between(world_to_camera, world_to_camera[:1]), 0.95))

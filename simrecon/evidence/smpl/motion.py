@@ -8,8 +8,10 @@ from functools import cache
 import numpy as np
 
 from simrecon import resources
+from simrecon.evidence.axes import find_up, to_z_up
 from simrecon.evidence.content import Content
-from simrecon.evidence.options import Options, find_up, to_z_up
+from simrecon.evidence.options import Options
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.io.arrays import Arrays
 from simrecon.types import Array, Camera, Evidence, Lens
@@ -31,7 +33,6 @@ class SmplMotion:
         times_s: (T,).
         rotations: (T, B, 4) of the joints in their parents, the root's in `frame`; B is 22 or 24.
         trans_m: (T, 3) translation, in `frame`.
-        betas: (S,) or None.
     """
 
     model: str
@@ -39,7 +40,6 @@ class SmplMotion:
     times_s: Array
     rotations: Array
     trans_m: Array
-    betas: Array | None
 
 
 @cache
@@ -89,6 +89,7 @@ def to_evidence(
     *,
     up: str | None = None,
     camera: Camera | None = None,
+    path: Array | None = None,
     notes: str = "",
 ) -> Evidence:
     """Evidence of a motion, in a world with z up, or in the camera's frame.
@@ -99,6 +100,7 @@ def to_evidence(
         options: of the user; `up` there takes precedence.
         up: axis that points up in the world of this kind of file; None = found from the body.
         camera: the lens, where the file gives it.
+        path: (T, 4, 4) of the camera in the file's world, where it moves; of no use without a lens.
         notes: on how the file was read.
     """
     places = joints_m(motion)
@@ -112,6 +114,10 @@ def to_evidence(
             axis, how = find_up(content.source, upright, options.up)
         turn = to_z_up(axis)
         places = places @ turn.T
+        if camera is not None and path is not None:
+            turned = path.copy()
+            turned[:, :3, :3] = path[:, :3, :3] @ turn.T
+            camera = cameras.with_path(camera, turned)
         reading += f", up {axis} ({how})"
     count = motion.rotations.shape[1]
     return Evidence(
@@ -122,8 +128,8 @@ def to_evidence(
         joint_names=names()[:count],
         joints_m=places,
         joints_frame=motion.frame,
-        betas=motion.betas,
         camera=camera,
+        ground_known=camera is None or path is None,
         sha256=content.sha256,
         reading="; ".join(part for part in (reading, JOINTS_READING, notes) if part),
     )
@@ -134,41 +140,29 @@ def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
 
     More joints than asked for, such as those of the fingers, are left out.
     """
-    given = arrays.array(key)
-    width = int(np.prod(given.shape[1:]))
-    if given.ndim not in (2, 3) or width % 3 or width < 3 * joints or given.shape[-1] not in (3, width):
+    values = arrays.array(key)
+    width = int(np.prod(values.shape[1:]))
+    if values.ndim not in (2, 3) or width % 3 or width < 3 * joints or values.shape[-1] not in (3, width):
         valid = f"shape (T, {3 * joints}) or (T, {joints}, 3), or more joints"
-        arrays.fail(key, f"shape {given.shape}", valid)
-    flat = arrays.finite(key, ("T", *given.shape[1:])).reshape(len(given), -1)
+        arrays.fail(key, f"shape {values.shape}", valid)
+    flat = arrays.finite(key, ("T", *values.shape[1:])).reshape(len(values), -1)
     return rotations.exp(flat[:, : 3 * joints].reshape(len(flat), joints, 3))
 
 
 def pose_matrices(arrays: Arrays, key: str, joints: int) -> Array:
     """Rotation matrices as quaternions (T, joints, 4); the array is (T, joints, 3, 3)."""
-    given = arrays.finite(key, ("T", joints, 3, 3))
-    off = np.abs(np.swapaxes(given, -1, -2) @ given - np.eye(3)).max()
-    if off > 1e-2 or (np.linalg.det(given) < 0).any():
+    values = arrays.finite(key, ("T", joints, 3, 3))
+    off = np.abs(np.swapaxes(values, -1, -2) @ values - np.eye(3)).max()
+    if off > 1e-2 or (np.linalg.det(values) < 0).any():
         arrays.fail(key, f"matrices off orthogonal by {off:.2g}", "rotation matrices")
-    return rotations.from_matrix(given)
+    return rotations.from_matrix(values)
 
 
 def translation(arrays: Arrays, key: str) -> Array:
     """A translation (T, 3); the array may have axes of one more."""
-    given = arrays.array(key)
-    squeezed = given.reshape(len(given), -1) if given.ndim > 2 else given
+    values = arrays.array(key)
+    squeezed = values.reshape(len(values), -1) if values.ndim > 2 else values
     return Arrays(arrays.source, {key: squeezed}, arrays.sha256, arrays._sizes).finite(key, ("T", 3))
-
-
-def betas(arrays: Arrays, key: str) -> Array | None:
-    """Shape parameters (S,): the median over frames where there are some for each; None without the key."""
-    if key not in arrays:
-        return None
-    shape = arrays.array(key).shape
-    values = arrays.finite(key, shape)
-    if len(shape) not in (1, 2):
-        arrays.fail(key, f"shape {shape}", "shape (S,) or (T, S)")
-    found: Array = np.median(values, axis=0) if len(shape) == 2 else values
-    return found
 
 
 def check_frames(content: Content, key: str, frames: Array) -> Array:

@@ -12,9 +12,11 @@ import numpy as np
 from simrecon.evidence import people
 from simrecon.evidence.content import Content, branch
 from simrecon.evidence.options import Options, times_s
+from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
-from simrecon.types import Camera, Evidence
+from simrecon.io.arrays import Arrays
+from simrecon.types import Array, Camera, Evidence
 
 STILL = 0.02
 
@@ -37,42 +39,73 @@ def read(content: Content, options: Options) -> Evidence:
             raise content.fail(f"people.{name}", f"a {type(track).__name__}", "a dictionary of arrays")
     frames = {name: int(np.size(track.get("frames", ()))) for name, track in tracks.items()}
     person = people.choose(content, frames, options.person)
-    frame = options.frame or "world"
+    motion = _motion(content, options, tracks[person], person, options.frame or "world")
+    seen = None
+    if motion.frame == "world" and isinstance(tracks[person].get("smplx_cam"), Mapping):
+        seen = _motion(content, options, tracks[person], person, "camera")
+    camera, path, note = _camera(content, options, tracks[person], motion, seen)
+    notes = ", ".join(part for part in (people.named(frames, person), note) if part)
+    return smpl.to_evidence(content, motion, options, up="y", camera=camera, path=path, notes=notes)
+
+
+def _motion(
+    content: Content, options: Options, person: Mapping[str, object], name: str, frame: str
+) -> SmplMotion:
     group = "smplx_world" if frame == "world" else "smplx_cam"
-    prefix = f"people.{person}.{group}."
-    arrays = branch(content, tracks[person].get(group), prefix)
+    prefix = f"people.{name}.{group}."
+    arrays = branch(content, person.get(group), prefix)
     if f"{prefix}pose" in arrays or f"{prefix}rotmat" not in arrays:
         rotations = smpl.pose_vectors(arrays, f"{prefix}pose", 22)
     else:
         rotations = smpl.pose_matrices(arrays, f"{prefix}rotmat", 55)[:, :22]
-    track = branch(content, tracks[person], f"people.{person}.")
-    numbers = track.finite(f"people.{person}.frames", ("T",))
+    numbers = branch(content, person, f"people.{name}.").finite(f"people.{name}.frames", ("T",))
     if len(numbers) != len(rotations):
-        found_text = f"{len(numbers)} frames for {len(rotations)} poses"
-        raise content.fail(f"people.{person}.frames", found_text, "one for each pose")
-    found = SmplMotion(
+        text = f"{len(numbers)} frames for {len(rotations)} poses"
+        raise content.fail(f"people.{name}.frames", text, "one for each pose")
+    numbers = smpl.check_frames(content, f"people.{name}.frames", numbers)
+    return SmplMotion(
         model="smplx",
         frame=frame,
-        times_s=times_s(
-            content.source, smpl.check_frames(content, f"people.{person}.frames", numbers), options.rate_hz
-        ),
+        times_s=times_s(content.source, numbers, options.rate_hz),
         rotations=rotations,
         trans_m=smpl.translation(arrays, f"{prefix}trans"),
-        betas=smpl.betas(arrays, f"{prefix}shape"),
     )
-    camera, note = _camera(content, options)
-    notes = ", ".join(part for part in (people.named(frames, person), note) if part)
-    return smpl.to_evidence(content, found, options, up="y", camera=camera, notes=notes)
 
 
-def _camera(content: Content, options: Options) -> tuple[Camera | None, str]:
-    if options.camera is not None or "camera_world" not in content.tree:
-        return options.camera, ""
+def _camera(
+    content: Content,
+    options: Options,
+    person: Mapping[str, object],
+    motion: SmplMotion,
+    seen: SmplMotion | None,
+) -> tuple[Camera | None, Array | None, str]:
+    """Lens and path, and what of them is used."""
+    if "camera_world" not in content.tree:
+        return options.camera, None, ""
     arrays = branch(content, content.tree["camera_world"], "camera_world.")
-    if "camera_world.Rwc" in arrays:
-        turned = arrays.finite("camera_world.Rwc", ("N", 3, 3))
-        if np.abs(turned - turned[:1]).max() > STILL:
-            return None, "the camera moves, so its lens is not used"
+    lens, note = _lens(arrays, options)
+    if "camera_world.Rwc" not in arrays or lens is None:
+        return lens, None, note
+    turns = arrays.finite("camera_world.Rwc", ("N", 3, 3))
+    if np.abs(turns - turns[:1]).max() <= STILL:
+        return lens, None, note
+    if "camera_world.Twc" not in arrays:
+        return carried.choose(lens, None, "the camera moves", "the file has no Twc")
+    places = arrays.finite("camera_world.Twc", ("N", 3))
+    numbers = np.asarray(person["frames"], np.int64)
+    if motion.frame == "camera":
+        return carried.choose(lens, None, "the camera moves", carried.EACH_FRAME)
+    if numbers.min() < 0 or numbers.max() >= len(turns):
+        reason = f"it has {len(turns)} frames for frame numbers to {numbers.max()}"
+        return carried.choose(lens, None, "the camera moves", reason)
+    path = carried.along(turns[numbers], places[numbers])
+    camera, used, text = carried.choose(lens, path, "the camera moves", carried.fault(path, motion, seen))
+    return camera, used, "; ".join(filter(None, (note if camera is not None else "", text)))
+
+
+def _lens(arrays: Arrays, options: Options) -> tuple[Camera | None, str]:
+    if options.camera is not None:
+        return options.camera, ""
     if "camera_world.img_focal" not in arrays or "camera_world.img_center" not in arrays:
         return None, ""
     focal = arrays.finite("camera_world.img_focal", ())

@@ -1,17 +1,20 @@
 """TRAM: `hps_track_k.npy` of a person, with `camera.npy` beside its folder.
 
 Poses are in the frame of each image's camera; `pred_cam_R`, `pred_cam_T` bring them to the frame of the first
-camera, and `world_cam_R`, `world_cam_T`, where they are, to a world that is aligned with gravity.
+camera, and `world_cam_R`, `world_cam_T`, where they are, to a world that is aligned with gravity; these
+are the path of a camera that moves.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from simrecon.evidence.content import Content, branch, open_content
 from simrecon.evidence.options import Options, times_s
+from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
 from simrecon.io.arrays import Arrays
@@ -32,13 +35,12 @@ def read(content: Content, options: Options) -> Evidence:
     numbers = np.arange(len(rotations), dtype=float)
     if "frame" in arrays:
         numbers = smpl.check_frames(content, "frame", arrays.finite("frame", ("T",)))
-    found = SmplMotion(
+    motion = SmplMotion(
         model="smpl",
         frame="camera",
         times_s=times_s(content.source, numbers, options.rate_hz),
         rotations=rotations,
         trans_m=smpl.translation(arrays, "pred_trans"),
-        betas=smpl.betas(arrays, "pred_shape"),
     )
     beside = [content.path.parent / "camera.npy", content.path.parent.parent / "camera.npy"]
     place = next((path for path in beside if path.is_file()), None)
@@ -46,14 +48,14 @@ def read(content: Content, options: Options) -> Evidence:
         if options.frame == "world":
             raise content.fail("camera.npy", "none beside the file or its folder", "--frame camera")
         note = "no camera.npy beside it: frame of each image's camera"
-        return smpl.to_evidence(content, found, options, camera=_lens(arrays, options), notes=note)
+        return smpl.to_evidence(content, motion, options, camera=_lens(arrays, options), notes=note)
     camera = open_content(place)
-    return _with_camera(content, found, options, branch(camera, camera.tree, ""), numbers.astype(int))
+    return _with_camera(content, motion, options, branch(camera, camera.tree, ""), numbers.astype(int))
 
 
 def _with_camera(
     content: Content,
-    found: SmplMotion,
+    seen: SmplMotion,
     options: Options,
     camera: Arrays,
     numbers: np.ndarray[tuple[int], np.dtype[np.int64]],
@@ -67,12 +69,16 @@ def _with_camera(
         camera.fail(f"{prefix}_R", f"{len(rotation)} frames", f"{numbers.max() + 1} frames or more")
     turn = np.abs(rotation[numbers] - rotation[numbers[:1]]).max()
     still = turn < STILL_RAD and np.linalg.norm(place[numbers] - place[numbers[:1]], axis=-1).max() < STILL_M
-    moved = smpl.in_first_camera(found, rotation[numbers], place[numbers])
+    motion = smpl.in_first_camera(seen, rotation[numbers], place[numbers])
     if world:
-        moved = SmplMotion(**{**moved.__dict__, "frame": "world"})
-    lens = _lens(camera, options) if still else None
-    note = "camera.npy: the camera " + ("stands still" if still else "moves, so its lens is not used")
-    return smpl.to_evidence(content, moved, options, camera=lens, notes=note)
+        motion = replace(motion, frame="world")
+    lens, path, note = _lens(camera, options), None, "the camera stands still"
+    if not still:
+        path = carried.along(rotation[numbers], place[numbers])
+        reason = carried.fault(path, motion) if world else carried.FIRST_FRAME
+        lens, path, note = carried.choose(lens, path, "the camera moves", reason)
+    notes = f"camera.npy: {note}" if note else ""
+    return smpl.to_evidence(content, motion, options, camera=lens, path=path, notes=notes)
 
 
 def _lens(arrays: Arrays, options: Options) -> Camera | None:

@@ -1,6 +1,7 @@
 """WHAM, `wham_output.pkl`: by person `pose`, `trans`, `pose_world`, `trans_world`, `betas`, `frame_ids`.
 
-Its world is aligned with gravity, y up (the demo asks the network for it). The file holds no lens.
+Its world is aligned with gravity, y up (the demo asks the network for it). The file holds no lens; with
+one, the person in the world and in the camera gives the path of a camera that moves.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ import numpy as np
 from simrecon.evidence import people
 from simrecon.evidence.content import Content, branch
 from simrecon.evidence.options import Options, times_s
+from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
-from simrecon.types import Evidence
+from simrecon.io.arrays import Arrays
+from simrecon.types import Array, Evidence
 
 
 def matches(content: Content) -> bool:
@@ -34,22 +37,37 @@ def read(content: Content, options: Options) -> Evidence:
     frames = {name: _length(track) for name, track in tracks.items()}
     person = people.choose(content, frames, options.person)
     arrays = branch(content, tracks[person], f"{person}.")
-    frame = options.frame or "world"
+    motion = _motion(content, options, arrays, person, options.frame or "world")
+    path, notes = None, [people.named(frames, person)]
+    both = motion.frame == "world" and {f"{person}.pose", f"{person}.trans"} <= set(arrays.content)
+    if both and options.camera is not None and options.camera.path is None:
+        path, note = _path(motion, _motion(content, options, arrays, person, "camera"))
+        notes.append(note)
+    text = "; ".join(filter(None, notes))
+    return smpl.to_evidence(content, motion, options, up="y", camera=options.camera, path=path, notes=text)
+
+
+def _path(world: SmplMotion, seen: SmplMotion) -> tuple[Array | None, str]:
+    """The path of a camera that moves, as far as it is to be believed, and how it moves."""
+    path = carried.between(world, seen)
+    moves = carried.turning(path)
+    if moves and (reason := carried.fault(path, world)):
+        return None, f"{moves}, but it is taken for still ({reason})"
+    return (path, f"{moves}, {carried.ALONG}") if moves else (None, "")
+
+
+def _motion(content: Content, options: Options, arrays: Arrays, person: str, frame: str) -> SmplMotion:
     suffix = "_world" if frame == "world" else ""
     rotations = smpl.pose_vectors(arrays, f"{person}.pose{suffix}", 24)
     numbers = smpl.check_frames(
         content, f"{person}.frame_ids", arrays.finite(f"{person}.frame_ids", ("T",)).astype(float)
     )
-    found = SmplMotion(
+    return SmplMotion(
         model="smpl",
         frame=frame,
         times_s=times_s(content.source, numbers, options.rate_hz),
         rotations=rotations,
         trans_m=smpl.translation(arrays, f"{person}.trans{suffix}"),
-        betas=smpl.betas(arrays, f"{person}.betas"),
-    )
-    return smpl.to_evidence(
-        content, found, options, up="y", camera=options.camera, notes=people.named(frames, person)
     )
 
 

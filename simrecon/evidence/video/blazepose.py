@@ -179,16 +179,16 @@ def align(centre: Array, edge: Array) -> Region:
     return Region(np.asarray(centre, float), float(2 * np.hypot(x, y) * REGION_SCALE), float(angle))
 
 
-def to_candidates(found: Array, tile: tuple[float, float, float, float]) -> list[Candidate]:
-    """Candidates (C, 13) of the network's input, made from a letterboxed tile, as candidates in the image.
+def to_candidates(rows: Array, tile: tuple[float, float, float, float]) -> list[Candidate]:
+    """Candidates in the image, of those in the network's input, which is a letterboxed tile.
 
     Args:
-        found: after suppression.
+        rows: (C, 13) after suppression.
         tile: x, y, width, height in the image.
     """
     scale, bars = letterbox(tile[2], tile[3], DETECTOR_SIDE)
     result = []
-    for row in found:
+    for row in rows:
         points = (row[:12].reshape(6, 2) * DETECTOR_SIDE - bars) * scale + tile[:2]
         result.append(Candidate(float(row[12]), points[:2].reshape(4), align(points[2], points[3])))
     return result
@@ -199,8 +199,8 @@ def crop(image: Image, region: Region, side: int = LANDMARK_SIDE) -> Image:
     matrix = region.matrix(side)
     matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5) - 0.5  # OpenCV counts from the centre of the first pixel
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    made = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_CONSTANT)
-    return made.astype(np.uint8, copy=False)
+    square = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_CONSTANT)
+    return square.astype(np.uint8, copy=False)
 
 
 def refine(points: Array, heatmap: Array) -> Array:

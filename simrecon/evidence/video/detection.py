@@ -100,11 +100,11 @@ def detect(
     landmarks, landmarks_hash = weights.find(model)
     name = key(content_sha256, model, (detector_hash, landmarks_hash), choice)
     kept = weights.cache_folder() / "detections" / f"{name}.npz"
-    if (found := load(kept)) is not None:
-        return found, True
-    made = follow(path, Networks(detector, landmarks), choice, progress)
-    save(kept, made)
-    return made, False
+    if (known := load(kept)) is not None:
+        return known, True
+    detection = follow(path, Networks(detector, landmarks), choice, progress)
+    save(kept, detection)
+    return detection, False
 
 
 class _Rows:
@@ -183,8 +183,8 @@ def _increasing(stamps: Array, interval: float) -> Array:
 
 def _check_size(path: Path, image: Image, size: tuple[int, int]) -> None:
     if (image.shape[1], image.shape[0]) != size:
-        found = f"frames of {size[0]} x {size[1]} and of {image.shape[1]} x {image.shape[0]} px"
-        raise InputError(f"{path}: found {found}; valid: one size")
+        sizes = f"frames of {size[0]} x {size[1]} and of {image.shape[1]} x {image.shape[0]} px"
+        raise InputError(f"{path}: found {sizes}; valid: one size")
 
 
 def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int) -> InputError:
@@ -192,14 +192,14 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
         return InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
     there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
     if choice.at_px is not None and there:
-        found = f"found nobody at {choice.at_px[0]:g},{choice.at_px[1]:g}"
-        return InputError(f"{path}: --person-at: {found} in {count} frames; valid: a place on one of {there}")
+        where = f"found nobody at {choice.at_px[0]:g},{choice.at_px[1]:g}"
+        return InputError(f"{path}: --person-at: {where} in {count} frames; valid: a place on one of {there}")
     if choice.number is not None and there:
-        found = f"at most {len(follower.first)} people at a time"
-        return InputError(f"{path}: --person {choice.number}: found {found}: {there}")
+        people = f"at most {len(follower.first)} people at a time"
+        return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
     damaged = f", of {told}: the rest can't be decoded" if count < told else ""
-    found = f"found nobody in {count} frames{damaged}"
-    return InputError(f"{path}: people: {found}; valid: a video that shows a person")
+    nobody = f"found nobody in {count} frames{damaged}"
+    return InputError(f"{path}: people: {nobody}; valid: a video that shows a person")
 
 
 def described(people_px: Array) -> str:

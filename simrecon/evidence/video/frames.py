@@ -56,10 +56,10 @@ def probe(path: Path) -> Info:
     try:
         rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rotation = int(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
-        found, image = capture.read()
+        read, image = capture.read()
     finally:
         capture.release()
-    if not found:
+    if not read:
         raise InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
     low, high = RATE_RANGE_HZ
     known = rate if np.isfinite(rate) and low <= rate <= high else None
@@ -78,8 +78,8 @@ def frames(path: Path) -> Iterator[tuple[float, Image]]:
     capture = _open(path)
     try:
         while True:
-            found, image = capture.read()
-            if not found or image is None:
+            read, image = capture.read()
+            if not read or image is None:
                 return
             stamp = capture.get(cv2.CAP_PROP_POS_MSEC)
             yield stamp / 1000 if np.isfinite(stamp) else float("nan"), image.astype(np.uint8, copy=False)

@@ -79,9 +79,9 @@ def _focal(meta: bytes) -> float | None:
     names = [name.decode("utf-8", "replace") for _, name in _boxes(keys[8:])]
     if FOCAL_KEY not in names:
         return None
-    wanted = names.index(FOCAL_KEY) + 1
+    number = names.index(FOCAL_KEY) + 1
     for kind, item in _boxes(items):
-        if int.from_bytes(kind, "big") == wanted:
+        if int.from_bytes(kind, "big") == number:
             return _value(dict(_boxes(item)).get(b"data", b""))
     return None
 

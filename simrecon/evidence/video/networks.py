@@ -62,8 +62,8 @@ class Networks:
         self._detector.invoke()
         boxes = self._detector.get_tensor(self._boxes)[0].astype(float)
         scores = self._detector.get_tensor(self._scores)[0, :, 0].astype(float)
-        found = blazepose.suppress(blazepose.decode_candidates(boxes, scores, self._anchors))
-        return blazepose.to_candidates(found, (x, y, width, height))
+        rows = blazepose.suppress(blazepose.decode_candidates(boxes, scores, self._anchors))
+        return blazepose.to_candidates(rows, (x, y, width, height))
 
     def pose(self, image: Image, region: Region) -> Pose:
         """Landmarks of the person in a region of an image (H, W, 3), blue green red."""
@@ -89,19 +89,19 @@ def _interpreter(path: Path, threads: int) -> Any:
         raise InputError(MISSING) from error
     try:
         with _quiet():
-            made = litert.Interpreter(str(path), num_threads=threads)
-            made.allocate_tensors()
+            network = litert.Interpreter(str(path), num_threads=threads)
+            network.allocate_tensors()
     except (ValueError, RuntimeError) as error:
         raise InputError(
             f"{path}: found no network ({error}); valid: simrecon models fetch --force"
         ) from error
-    return made
+    return network
 
 
-def _output(network: Any, path: Path, shape: Sequence[int], given: Sequence[int]) -> int:
-    """Index of the output of a shape, in a network whose input has the shape `given`."""
+def _output(network: Any, path: Path, shape: Sequence[int], input_shape: Sequence[int]) -> int:
+    """Index of the output of a shape, in a network with the input shape."""
     inputs = network.get_input_details()
-    if [tuple(one["shape"]) for one in inputs] != [tuple(given)] or inputs[0]["index"] != 0:
+    if [tuple(one["shape"]) for one in inputs] != [tuple(input_shape)] or inputs[0]["index"] != 0:
         raise InputError(f"{path}: found a network of another kind; valid: BlazePose's")
     for one in network.get_output_details():
         if tuple(one["shape"]) == tuple(shape):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.evidence import fov
+from simrecon.evidence.camera import fov
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options
 from simrecon.evidence.video import detection, frames, metadata, weights
@@ -33,25 +33,25 @@ def read(content: Content, options: Options) -> Evidence:
     camera, lens = _lens(content, options, info)
     choice = _choice(content, options)
     model = options.model or weights.best()
-    found, cached = detection.detect(content.path, content.sha256, model, choice, options.progress)
-    times, clock = _times(content, found, info, options.fps)
+    detected, cached = detection.detect(content.path, content.sha256, model, choice, options.progress)
+    times, clock = _times(content, detected, info, options.fps)
     if len(times) < 2:
         raise content.fail("frames", "a single frame", "a video of two frames or more")
-    seen = found.seen
+    seen = detected.seen
     size = f"{info.size_px[0]} x {info.size_px[1]} px{_turned(info)}"
     reading = [
         f"{content.path.name}, {size}, {len(times)} frames, {clock}",
         f"lens: {lens}",
-        f"BlazePose {model}{', from the cache' if cached else _speed(found)}: {_whom(found, choice)}",
-        *_notes(found, info, seen, times),
+        f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: {_whom(detected, choice)}",
+        *_notes(detected, info, seen, times),
     ]
     return Evidence(
         times_s=times,
         keypoint_names=NAMES,
-        keypoints_px=found.points_px,
-        scores=np.where(seen[:, None], found.scores, 0.0).clip(0.0, 1.0),
+        keypoints_px=detected.points_px,
+        scores=np.where(seen[:, None], detected.scores, 0.0).clip(0.0, 1.0),
         joint_names=NAMES,
-        joints_m=found.world_m,
+        joints_m=detected.world_m,
         joints_frame="camera_root_relative",
         camera=camera,
         sha256=content.sha256,
@@ -63,15 +63,15 @@ def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera
     if options.camera is not None:
         width, height = options.camera.lens.image_size_px
         if (width, height) != info.size_px:
-            found = f"a camera of {width} x {height} for a video of {info.size_px[0]} x {info.size_px[1]} px"
-            raise content.fail("image size", found, "the video's size, which needs no --size")
+            sizes = f"a camera of {width} x {height} for a video of {info.size_px[0]} x {info.size_px[1]} px"
+            raise content.fail("image size", sizes, "the video's size, which needs no --size")
         return options.camera, options.lens
     focal = metadata.focal_35mm(content.path)
     if focal is None:
         raise content.fail("lens", "none in the video", LENSES)
     pixels = metadata.focal_px(focal, info.size_px)
-    said = f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
-    return fov.pinhole(pixels, info.size_px), said
+    text = f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
+    return fov.pinhole(pixels, info.size_px), text
 
 
 def _choice(content: Content, options: Options) -> Choice:
@@ -84,9 +84,9 @@ def _choice(content: Content, options: Options) -> Choice:
     return Choice(number=int(options.person))
 
 
-def _times(content: Content, found: Detection, info: frames.Info, fps: float | None) -> tuple[Array, str]:
+def _times(content: Content, detected: Detection, info: frames.Info, fps: float | None) -> tuple[Array, str]:
     """Times of the frames from 0 on, and where they are from."""
-    stamps, count = found.stamps_s, len(found.stamps_s)
+    stamps, count = detected.stamps_s, len(detected.stamps_s)
     if fps is not None:
         return np.arange(count) / fps, f"{fps:g} Hz as given"
     intervals = np.diff(stamps)
@@ -104,27 +104,27 @@ def _turned(info: frames.Info) -> str:
     return f" (turned by {info.rotation_deg}°)" if info.rotation_deg else ""
 
 
-def _speed(found: Detection) -> str:
-    return f", {np.median(found.frame_ms):.0f} ms a frame"
+def _speed(detected: Detection) -> str:
+    return f", {np.median(detected.frame_ms):.0f} ms a frame"
 
 
-def _whom(found: Detection, choice: Choice) -> str:
-    count = len(found.people_px)
-    start = int(np.argmax(found.seen))
+def _whom(detected: Detection, choice: Choice) -> str:
+    count = len(detected.people_px)
+    start = int(np.argmax(detected.seen))
     if count < 2:
         text = "one person"
     else:
-        others = detection.described(found.people_px)
+        others = detection.described(detected.people_px)
         reason = "as asked for" if choice != Choice() else "the largest; --person or --person-at chooses"
-        text = f"person {found.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
+        text = f"person {detected.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
     return text
 
 
-def _notes(found: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array) -> list[str]:
+def _notes(detected: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array) -> list[str]:
     notes = []
     if not seen.all():
-        notes.append(f"unseen in {int((~seen).sum())} of {len(times)} frames, lost {found.losses} times")
-    for part, count in zip(("arms", "legs"), found.swapped.sum(axis=0), strict=True):
+        notes.append(f"unseen in {int((~seen).sum())} of {len(times)} frames, lost {detected.losses} times")
+    for part, count in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):
         if count:
             notes.append(f"left and right {part} exchanged in {int(count)} frames")
     if info.count > 0 and len(times) < (1 - RATE_ERROR_MAX) * info.count:

@@ -74,11 +74,11 @@ def tiles(width: int, height: int) -> list[tuple[int, int, int, int]]:
 
 def people(network: Network, image: Image) -> list[Pose]:
     """Everybody in an image, the largest first; detection in the whole image and in tiles of it."""
-    found = network.candidates(image)
+    candidates = network.candidates(image)
     for tile in tiles(image.shape[1], image.shape[0]):
-        found += network.candidates(image, tile)
+        candidates += network.candidates(image, tile)
     poses: list[Pose] = []
-    for candidate in sorted(found, key=lambda one: -one.score):
+    for candidate in sorted(candidates, key=lambda one: -one.score):
         if any(_same(pose.region, candidate.region) for pose in poses):
             continue
         pose = network.pose(image, candidate.region)
@@ -161,34 +161,34 @@ class Tracker:
         return self._search(image, time_s, since_s)
 
     def _choose(self, image: Image, time_s: float) -> Pose | None:
-        found = people(self._network, image)
-        index = self._index(found)
+        poses = people(self._network, image)
+        index = self._index(poses)
         if index is None:
-            if len(found) > len(self.first):
-                self.first = found
+            if len(poses) > len(self.first):
+                self.first = poses
             return None
-        self.first, self.chosen = found, index
-        return self._take(image, found[index], time_s)
+        self.first, self.chosen = poses, index
+        return self._take(image, poses[index], time_s)
 
-    def _index(self, found: Sequence[Pose]) -> int | None:
+    def _index(self, poses: Sequence[Pose]) -> int | None:
         if self._choice.at_px is not None:
             x, y = self._choice.at_px
-            boxes = [bounds(pose) for pose in found]
+            boxes = [bounds(pose) for pose in poses]
             there = [i for i, b in enumerate(boxes) if b[0] <= x <= b[2] and b[1] <= y <= b[3]]
             at = np.array([x, y])
-            return min(there, key=lambda i: float(np.linalg.norm(middle(found[i]) - at)), default=None)
-        wanted = (self._choice.number or 1) - 1
-        return wanted if wanted < len(found) else None
+            return min(there, key=lambda i: float(np.linalg.norm(middle(poses[i]) - at)), default=None)
+        number = (self._choice.number or 1) - 1
+        return number if number < len(poses) else None
 
     def _search(self, image: Image, time_s: float, since_s: float) -> Pose | None:
         reach = SEARCH_MAX + SEARCH_SPEED_PER_S * since_s
         limit = min(COLOUR_SEARCH_MAX + COLOUR_EASE_PER_S * since_s, COLOUR_EASE_MAX)
-        found = self._network.candidates(image)
-        if not any(self._near(candidate.region, reach) for candidate in found):
+        candidates = self._network.candidates(image)
+        if not any(self._near(candidate.region, reach) for candidate in candidates):
             for tile in tiles(image.shape[1], image.shape[0]):
-                found += self._network.candidates(image, tile)
+                candidates += self._network.candidates(image, tile)
         best: tuple[float, Pose] | None = None
-        for candidate in found:
+        for candidate in candidates:
             if not self._near(candidate.region, reach):
                 continue
             pose = self._network.pose(image, candidate.region)

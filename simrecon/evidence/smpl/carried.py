@@ -1,0 +1,114 @@
+"""The path of a camera that was carried, from a file that knows a person in the world and in the camera."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from simrecon.evidence.smpl.motion import SmplMotion, joints_m, offsets_m
+from simrecon.geometry import rotations
+from simrecon.types import Array, Camera
+
+# A camera that turns by less is still: its one place follows better from the landmarks of all frames.
+STILL_RAD = np.radians(10.0)
+# A camera doesn't jump: so far its path may be from itself smoothed.
+SMOOTH_S, JUMP_RAD, JUMP_M = 0.5, np.radians(3.0), 0.1
+AGREE_M = 0.1  # so far the person may be from where the file has them in the camera's frame
+USUAL = 0.95  # of the frames, for which these hold
+ALONG = "along the path in the file"
+# Why a path is of no use.
+EACH_FRAME, FIRST_FRAME = (
+    "the person is wanted in the frame of each image",
+    "the file has no world that is level",
+)
+
+
+def along(camera_rotations: Array, camera_places: Array) -> Array:
+    """The path (T, 4, 4) of a camera whose axes (T, 3, 3) and places (T, 3) in the world are known."""
+    turns = rotations.conjugate(rotations.from_matrix(camera_rotations))
+    return _path(turns, -rotations.rotate(turns, camera_places))
+
+
+def between(world: SmplMotion, seen: SmplMotion) -> Array:
+    """The path (T, 4, 4) on which a camera sees the root of `world` where and as `seen` has it.
+
+    With root rotations G_w and G_c and pelvises x_w and x_c: R = G_c G_wᵀ and t = x_c - R x_w.
+    """
+    turns = rotations.multiply(seen.rotations[:, 0], rotations.conjugate(world.rotations[:, 0]))
+    pelvis = offsets_m(world.model)[0]
+    return _path(turns, seen.trans_m + pelvis - rotations.rotate(turns, world.trans_m + pelvis))
+
+
+def _path(turns: Array, translation: Array) -> Array:
+    path = np.tile(np.eye(4), (len(turns), 1, 1))
+    path[:, :3, :3] = rotations.matrix(turns)
+    path[:, :3, 3] = translation
+    return path
+
+
+def centres_m(path: Array) -> Array:
+    """Where the camera is, (T, 3)."""
+    return -(np.swapaxes(path[:, :3, :3], 1, 2) @ path[:, :3, 3:])[..., 0]
+
+
+def fault(path: Array, world: SmplMotion, seen: SmplMotion | None = None) -> str:
+    """Why a path is not to be believed; nothing if it is.
+
+    Args:
+        path: (T, 4, 4).
+        world: the person in its world.
+        seen: the person in the camera's frame, where the file holds it independently of the path.
+    """
+    own = (path[:, None, :3, :3] @ joints_m(world)[..., None])[..., 0] + path[:, None, :3, 3]  # (T, B, 3)
+    behind = float(np.mean(own[:, 0, 2] <= 0))
+    if behind > 1 - USUAL:
+        return f"by its path, the person is behind it in {100 * behind:.0f} % of the frames"
+    if seen is not None:
+        off = float(np.quantile(np.linalg.norm(own - joints_m(seen), axis=-1).mean(axis=1), USUAL))
+        if off > AGREE_M:
+            return f"by its path, the person in the camera's frame is {off:.2f} m off"
+    turns = rotations.from_matrix(path[:, :3, :3])
+    flips = np.sum(turns[1:] * turns[:-1], axis=-1, keepdims=True) < 0  # q and -q are one rotation
+    turns[1:] *= np.cumprod(np.where(flips, -1.0, 1.0), axis=0)
+    places, interval = centres_m(path), float(np.median(np.diff(world.times_s)))
+    steady, smooth = _smoothed(turns, interval), _smoothed(places, interval)
+    steady /= np.linalg.norm(steady, axis=-1, keepdims=True)
+    angle = float(np.quantile(rotations.angle_between(steady, turns), USUAL))
+    distance = float(np.quantile(np.linalg.norm(smooth - places, axis=-1), USUAL))
+    if angle > JUMP_RAD or distance > JUMP_M:
+        return f"its path jumps by {np.degrees(angle):.0f} degrees or {distance:.2f} m"
+    return ""
+
+
+def _smoothed(values: Array, interval_s: float) -> Array:
+    """Values (T, C) by parabolas over `SMOOTH_S`, also at the ends."""
+    window = min(2 * round(SMOOTH_S / interval_s / 2) + 1, len(values) - 1 + len(values) % 2)
+    return savgol_filter(values, window, 2, axis=0) if window > 2 else values
+
+
+def turning(path: Array) -> str:
+    """How a camera moves whose path follows from a person; nothing if it may as well stand still."""
+    turns = rotations.from_matrix(path[:, :3, :3])
+    angle = float(np.quantile(rotations.angle_between(turns, turns[:1]), USUAL))
+    return f"the camera turns by {np.degrees(angle):.0f} degrees" if angle > STILL_RAD else ""
+
+
+def choose(
+    lens: Camera | None, path: Array | None, moves: str, reason: str
+) -> tuple[Camera | None, Array | None, str]:
+    """The lens and the path of a camera that moves: both, or neither.
+
+    Args:
+        lens: of the file or the user; with a path of its own it is that of a camera that stands still.
+        path: (T, 4, 4), or None with a reason.
+        moves: how the camera moves.
+        reason: why the path can't be used, or nothing.
+
+    Returns:
+        Lens and path, and what of them is used, for the reading.
+    """
+    if lens is None:
+        return None, None, moves
+    if path is None or reason or lens.path is not None:
+        return None, None, f"{moves}, so its lens is not used" + (f" ({reason})" if reason else "")
+    return lens, path, f"{moves}, {ALONG}"
