@@ -16,7 +16,7 @@ from simrecon.metrics.dynamics import body_weight_pct
 from simrecon.metrics.joints import Clip, Scores
 from simrecon.metrics.truth import at
 from simrecon.replay import SIMULATED, mean_since
-from simrecon.scene import check, parts
+from simrecon.scene import check, sheets
 from simrecon.sim.state import set_state
 from simrecon.types import Array, IntArray, Scene
 
@@ -126,7 +126,7 @@ def _climbs(before: Flags, after: Flags) -> int:
 
 def _sheets(of: Simulated) -> dict[str, float]:
     """Sink of mats and trampolines, and how high the centre of mass comes over where it began."""
-    if not any(parts.sheet(item) for item in of.scene.items):
+    if not any(sheets.sheet_of(item) for item in of.scene.items):
         return {}
     model, motion = of.model, of.motion
     tiles = [i for i in range(model.njnt) if "/tile_" in model.joint(i).name]

@@ -12,7 +12,7 @@ import trimesh
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.scene import meshes
+from simrecon.scene import mesh_shapes, meshes
 from simrecon.types import Scene
 
 BODY = """
@@ -131,8 +131,8 @@ def test_a_hundred_thousand_triangles(tmp_path: Path, fine: trimesh.Trimesh, met
 
 
 def test_simplification_keeps_the_shape(fine: trimesh.Trimesh) -> None:
-    vertices, faces = meshes.simplified(np.asarray(fine.vertices), np.asarray(fine.faces))
-    assert len(faces) <= meshes.MAX_TRIANGLES
+    vertices, faces = mesh_shapes.simplified(np.asarray(fine.vertices), np.asarray(fine.faces))
+    assert len(faces) <= mesh_shapes.MAX_TRIANGLES
     np.testing.assert_allclose(np.linalg.norm(vertices[np.unique(faces)], axis=1), 0.5, atol=0.01)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from simrecon import scene as scenes
 from simrecon.bench import statics
-from simrecon.scene import parts
+from simrecon.scene import sheets
 from simrecon.types import Array, Friction, Ground, Scene, SceneItem
 
 GRAVITY = 9.81
@@ -156,7 +156,7 @@ def test_a_stiffer_trampoline_gives_way_less_and_throws_sooner() -> None:
 
 
 def test_the_membrane_is_the_discrete_poisson_problem() -> None:
-    sheet = parts.sheet(thing("trampoline"))
+    sheet = sheets.sheet_of(thing("trampoline"))
     assert sheet is not None
     matrix = sheet.matrix()
     np.testing.assert_allclose(matrix, matrix.T)
