@@ -13,7 +13,7 @@ from simrecon import body as bodies
 from simrecon import plan, prior, resources
 from simrecon.errors import InputError, SimreconError
 from simrecon.geometry import rotations
-from simrecon.prior.flow import flow
+from simrecon.prior.flow_file import flow
 from simrecon.types import Array, Skeleton
 
 
