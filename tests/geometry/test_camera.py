@@ -47,24 +47,24 @@ def test_distortion_is_that_of_opencv(rng: np.random.Generator) -> None:
 @given(st.lists(st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)), min_size=1, max_size=6))
 def test_undistortion_is_the_inverse(rays: list[tuple[float, float]]) -> None:
     ideal = np.array(rays)
-    found = cameras.undistort(lens(), cameras.distort(lens(), ideal))
-    np.testing.assert_allclose(found, ideal, atol=1e-7)
+    rays = cameras.undistort(lens(), cameras.distort(lens(), ideal))
+    np.testing.assert_allclose(rays, ideal, atol=1e-7)
 
 
 def test_unseen_points_stay_unseen() -> None:
     pixels = np.array([[[640.0, 350.0], [np.nan, np.nan]], [[np.nan, 3.0], [1540.0, 350.0]]])
     straight = lens(distortion=np.zeros(5))
-    found = cameras.undistort(straight, pixels)
-    np.testing.assert_allclose(found[[0, 1], [0, 1]], [[0.0, 0.0], [1.0, 0.0]], atol=1e-9)
-    assert np.isnan(found[[0, 1], [1, 0]]).all()
+    rays = cameras.undistort(straight, pixels)
+    np.testing.assert_allclose(rays[[0, 1], [0, 1]], [[0.0, 0.0], [1.0, 0.0]], atol=1e-9)
+    assert np.isnan(rays[[0, 1], [1, 0]]).all()
     assert np.isnan(cameras.undistort(straight, np.full((2, 2), np.nan))).all()
 
 
 def test_points_behind_the_camera_are_not_seen() -> None:
     camera = lens(world_to_camera=np.eye(4))
-    found = cameras.project(camera, np.array([[0.0, 0.0, 2.0], [0.0, 0.0, -2.0], [0.1, 0.0, 0.0]]))
-    np.testing.assert_allclose(found[0], MATRIX[:2, 2])
-    assert np.isnan(found[1:]).all()
+    pixels = cameras.project(camera, np.array([[0.0, 0.0, 2.0], [0.0, 0.0, -2.0], [0.1, 0.0, 0.0]]))
+    np.testing.assert_allclose(pixels[0], MATRIX[:2, 2])
+    assert np.isnan(pixels[1:]).all()
 
 
 def test_a_moving_camera_has_its_transform_by_frame(rng: np.random.Generator) -> None:
