@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from simrecon import engines, kinematics, planners, replay, schedule
-from simrecon.body import Wanted
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
 from simrecon.engines import warm_start, windows
@@ -48,7 +47,7 @@ class Setup:
     engine: str = "sampling"
     seed: int = 0
     threads: Threads = 0
-    shape: Wanted | None = None
+    shape: ShapeRequest | None = None
     start: Motion | None = None
     fit: KinematicFit | None = None
     observer: Observer = SILENT

@@ -12,7 +12,7 @@ from simrecon import body as bodies
 from simrecon import evidence as readers
 from simrecon import job as jobs
 from simrecon import kinematics, results, softfloor
-from simrecon.body import Wanted, known, mass
+from simrecon.body import ShapeRequest, known, mass
 from simrecon.drawing import overlay
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
@@ -84,7 +84,7 @@ class _Sources:
 
     job: Job
     evidence: Evidence
-    shape: Wanted | None = None
+    shape: ShapeRequest | None = None
     fit: KinematicFit | None = None
 
 

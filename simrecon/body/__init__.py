@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.body import mjcf, primitives, shaped
-from simrecon.body.shape import ShapeSpace
-from simrecon.body.shaped import Shape, Wanted
-from simrecon.body.skeleton import (
+from simrecon.body import mjcf, primitives, shaped, shaped_primitives
+from simrecon.body.lengths import (
     length_names,
     length_offsets,
     length_shares,
     measure,
     measure_template,
-    rescaled,
     scaled,
-    stature_m,
-    t_pose_m,
-    template,
 )
+from simrecon.body.shape import ShapeSpace
+from simrecon.body.shaped import Shape, ShapeRequest
+from simrecon.body.skeleton import rescaled, stature_m, t_pose_m, template
 from simrecon.errors import InputError
 from simrecon.types import Array, Body, Primitive, Skeleton
 
 __all__ = [
     "Primitive",
     "Shape",
-    "Wanted",
+    "ShapeRequest",
     "build",
     "length_names",
     "length_offsets",
@@ -54,8 +51,8 @@ def build(
 
     Args:
         skeleton: with lengths in m; that of the shape, scaled to `height_m`, if None.
-        height_m: stature; must be given with a skeleton, else that of the shape if None.
-        mass_kg: of the whole person; must be given without betas, else volume times density if None.
+        height_m: stature; needed with a skeleton, otherwise that of the shape if None.
+        mass_kg: of the whole person; needed without betas, otherwise volume times density if None.
         sole_m: how far the sole lies below the heel and toe points.
         betas: shape parameters, or None: primitives follow the proportions of `models/body/primitives.toml`.
         shapes: the space of the betas; that of simrecon if None.
@@ -72,9 +69,11 @@ def build(
         return Body(np.zeros(0), height_m, mass_kg, skeleton, parts, mjcf.make(skeleton, parts, mass_kg))
     if skeleton is not None and height_m is None:
         raise InputError("a skeleton with betas needs height_m")
-    made = shaped.make(betas, height_m=height_m, shapes=shapes)
-    tree, mass = skeleton or made.skeleton, mass_kg or made.mass_kg
-    parts = shaped.primitives(
-        made, tree, height_m=made.height_m, mass_kg=mass, sole_m=sole_m, distribution=distribution
+    shape = shaped.make(betas, height_m=height_m, shapes=shapes)
+    tree, mass = skeleton or shape.skeleton, mass_kg or shape.mass_kg
+    parts = shaped_primitives.make(
+        shape, tree, height_m=shape.height_m, mass_kg=mass, sole_m=sole_m, distribution=distribution
     )
-    return Body(made.betas, made.height_m, mass, tree, parts, mjcf.make(tree, parts, mass), made.shapes.name)
+    return Body(
+        shape.betas, shape.height_m, mass, tree, parts, mjcf.make(tree, parts, mass), shape.shapes.name
+    )

@@ -12,101 +12,45 @@ another primitive of the segment is no part of it. M_b is closed where it meets 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from simrecon.body import pieces, sizes, surface
-from simrecon.body.pieces import Piece
 from simrecon.body.primitives import entries
-from simrecon.body.shape import ShapeSpace
 from simrecon.body.skeleton import template
+from simrecon.body.targets import Target
 from simrecon.optim import lbfgs
 from simrecon.types import Array, IntArray
 
 ROUNDS, EVALUATIONS = 4, 60
-MIRROR = np.array([1.0, -1.0, 1.0])
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """One segment of a skin, in its own frame.
-
-    Attributes:
-        piece: its faces.
-        vertices_m: (m, 3) of the piece.
-        own_m: (n, 3) vertices that are to be near primitives, of a segment in the middle those with y ≥ 0.
-        weights: (n,) their area, sum 1.
-        folded: whether the segment is symmetric in y and only its left half is looked at.
-    """
-
-    piece: Piece
-    vertices_m: Array
-    own_m: Array
-    weights: Array
-    folded: bool
-
-
-def targets(shapes: ShapeSpace, betas: Array) -> dict[str, Target]:
-    """The segments of the left side and the centre that primitives are fitted to, by name."""
-    origins, axes = shapes.frames(betas)
-    return cut_targets(shapes.vertices_m(betas), shapes.faces, shapes.weights.argmax(axis=1), origins, axes)
-
-
-def cut_targets(
-    skin_m: Array, faces: IntArray, labels: IntArray, origins_m: Array, axes: Array
-) -> dict[str, Target]:
-    """As `targets`, of any skin.
-
-    Args:
-        skin_m: (V, 3) vertices in the relaxed stance.
-        faces: (F, 3).
-        labels: (V,) segment of each vertex.
-        origins_m: (17, 3) of the segments' frames.
-        axes: (17, 3, 3) of the segments' frames.
-    """
-    area = pieces.vertex_areas(skin_m, faces)
-    names = template().names
-    found = {}
-    for segment, piece in pieces.cut(faces, labels).items():
-        name = names[segment]
-        if name not in sizes.layout().segments:
-            continue
-        local = (skin_m - origins_m[segment]) @ axes[segment]  # (V, 3)
-        folded = not name.startswith("left_")
-        own = piece.own[local[piece.own, 1] > -1e-6] if folded else piece.own
-        weights = area[own] / area[own].sum()
-        found[name] = Target(piece, piece.vertices(local), local[own], weights, folded)
-    return found
 
 
 def fit(goals: dict[str, Target], start: Array) -> Array:
     """Sizes ψ (S,) of the primitives that minimise eq. 9, segment by segment.
 
     Args:
-        goals: from `targets`.
+        goals: the segments, from `targets`.
         start: (S,) where to begin.
     """
     layout = sizes.layout()
-    found = np.maximum(start, layout.lower)
+    psi = np.maximum(start, layout.lower)
     for name, goal in goals.items():
         rows = [i for i, segment in enumerate(layout.segments) if segment == name]
         columns = np.flatnonzero(np.abs(layout.matrix[rows]).sum(axis=(0, 1)))
         for _ in range(ROUNDS):
-            problem = _Segment(goal, rows, columns, found)
+            problem = _Segment(goal, rows, columns, psi)
             solved = lbfgs.minimize(
                 problem,
-                found[columns],
+                psi[columns],
                 max_evaluations=EVALUATIONS,
                 ftol_rel=1e-5,
                 lower=layout.lower[columns],
             )
-            better = found.copy()
+            better = psi.copy()
             better[columns] = solved.x
-            if loss(goal, rows, better) >= loss(goal, rows, found) - 1e-6:
+            if loss(goal, rows, better) >= loss(goal, rows, psi) - 1e-6:
                 break
-            found = better
-    return found
+            psi = better
+    return psi
 
 
 def loss(goal: Target, rows: list[int], psi: Array) -> float:
@@ -145,16 +89,16 @@ class _Segment:
 def _areas(goal: Target, rows: list[int], full: Array) -> list[Array]:
     """Area of each sample of each primitive, zero within another one of the segment; sum 1 over all."""
     layout, values = sizes.layout(), sizes.values(full)
-    found = []
+    areas = []
     for row in rows:
         points, area, _ = surface.samples(layout.kinds[row], values[row])
         points = _fold(goal, points)[0]
         for other in rows:
             if other != row:
                 area = area * (surface.distance(layout.kinds[other], values[other], points)[0] > 0)
-        found.append(area * (0.5 if goal.folded and layout.central[row] else 1.0))
-    total = max(sum(float(area.sum()) for area in found), 1e-12)
-    return [area / total for area in found]
+        areas.append(area * (0.5 if goal.folded and layout.central[row] else 1.0))
+    total = max(sum(float(area.sum()) for area in areas), 1e-12)
+    return [area / total for area in areas]
 
 
 def _fold(goal: Target, points_m: Array) -> tuple[Array, Array]:
@@ -170,7 +114,7 @@ def _loss(goal: Target, rows: list[int], values: Array, areas: list[Array]) -> t
     kinds = sizes.layout().kinds
     slope = np.zeros_like(values)
     both = [surface.distance(kinds[row], values[e], goal.own_m) for e, row in enumerate(rows)]
-    signed = np.stack([found[0] for found in both])  # (e, n)
+    signed = np.stack([distance for distance, _ in both])  # (e, n)
     nearest = np.argmin(signed, axis=0)
     least = signed.min(axis=0)
     loss = float(goal.weights @ np.abs(least))
@@ -191,7 +135,7 @@ def _loss(goal: Target, rows: list[int], values: Array, areas: list[Array]) -> t
 
 
 def start(scale_m: float) -> Array:
-    """Sizes ψ (S,) of the proportions in `models/body/primitives.toml` at a stature."""
+    """Sizes ψ (S,), m, by the proportions of `models/body/primitives.toml`, at a stature in m."""
     values = np.zeros((len(sizes.layout().names), sizes.VALUES))
     unit = template()
     by_name = {entry["name"]: entry for entry in entries()}

@@ -1,4 +1,4 @@
-"""A person that is there already: read back from a model, or changed in size, mass and where it lies."""
+"""A person that exists already: read back from a model, or changed in size, mass and its distribution."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ def changed(
         replace(part, points_m=scale * part.points_m, size_m=scale * part.size_m, mass_kg=masses[part.name])
         for part in parts
     )
-    made = mjcf.make(skeleton, parts, total)
-    return Body(body.betas, body.height_m * scale, total, skeleton, parts, made, body.shape_space)
+    text = mjcf.make(skeleton, parts, total)
+    return Body(body.betas, body.height_m * scale, total, skeleton, parts, text, body.shape_space)
 
 
 def leg_m(skeleton: Skeleton) -> float:

@@ -33,7 +33,7 @@ class Distribution:
 
     Attributes:
         name: in `models/body/mass.toml`.
-        mass_kg: of the character that it was made for.
+        mass_kg: of the character that it describes.
         segments: that together have `share` of the mass; empty: the usual distribution.
         share: of the whole mass, 0 to 1.
     """
@@ -70,10 +70,9 @@ def distribution(name: str) -> Distribution:
     Raises:
         InputError: there is none of that name.
     """
-    found = distributions().get(name)
-    if found is None:
+    if name not in distributions():
         raise InputError(f"mass distribution: found {name!r}; valid: {', '.join(distributions())}")
-    return found
+    return distributions()[name]
 
 
 def volumes_m3(kinds: Sequence[str], values: Array) -> Array:
@@ -102,12 +101,14 @@ def shaped(parts: Sequence[str], volumes: Array, mean_volumes: Array) -> Array:
     return np.asarray((share / share.sum())[at] * volumes / of_part[at])
 
 
-def spread(shares: Array, segments: Sequence[str], wanted: Distribution) -> Array:
+def spread(shares: Array, segments: Sequence[str], distribution: Distribution) -> Array:
     """Shares (P,) changed so that the distribution's segments have its share, sum 1."""
-    if not wanted.segments:
+    if not distribution.segments:
         return np.asarray(shares / shares.sum())
-    inside = np.isin(segments, wanted.segments)
-    factor = np.where(inside, wanted.share / shares[inside].sum(), (1 - wanted.share) / shares[~inside].sum())
+    inside = np.isin(segments, distribution.segments)
+    factor = np.where(
+        inside, distribution.share / shares[inside].sum(), (1 - distribution.share) / shares[~inside].sum()
+    )
     return np.asarray(shares * factor)
 
 

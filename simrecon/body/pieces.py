@@ -111,7 +111,7 @@ def closest(piece: Piece, vertices_m: Array, points_m: Array) -> Array:
     candidates = piece.around[near].reshape(len(points_m), -1)  # (P, C)
     corners = vertices_m[piece.faces[candidates]].reshape(-1, 3, 3)
     repeated = np.repeat(points_m, candidates.shape[1], axis=0)
-    found = triangles.closest_point(corners, repeated)  # type: ignore[no-untyped-call]
-    found = found.reshape(*candidates.shape, 3)
-    best = np.argmin(np.linalg.norm(found - points_m[:, None], axis=-1), axis=1)
-    return np.asarray(found[np.arange(len(points_m)), best])
+    nearest = triangles.closest_point(corners, repeated)  # type: ignore[no-untyped-call]
+    nearest = nearest.reshape(*candidates.shape, 3)
+    best = np.argmin(np.linalg.norm(nearest - points_m[:, None], axis=-1), axis=1)
+    return np.asarray(nearest[np.arange(len(points_m)), best])

@@ -23,7 +23,7 @@ def entries() -> tuple[dict[str, Any], ...]:
 
 
 def default_mass_kg(height_m: float) -> float:
-    """Mass from stature where none is given: body mass index times stature² (`models/body/mass.toml`)."""
+    """Mass from stature, where it is not known: body mass index times stature² (`models/body/mass.toml`)."""
     return float(resources.toml("models", "body", "mass.toml")["whole"]["bmi_kgpm2"]) * height_m**2
 
 
@@ -51,7 +51,7 @@ def make(
     bmi = mass_kg / height_m**2
     width = height_m * np.sqrt(bmi / percent["whole"]["bmi_kgpm2"])
     masses = _masses(mass_kg, distribution)
-    made = []
+    parts = []
     for entry in entries():
         if entry["kind"] == "capsule":
             points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * width])
@@ -59,10 +59,10 @@ def make(
             points, size = _sole(entry, skeleton, height_m, width, sole_m)
         else:
             points, size = np.array([entry["centre"]]) * height_m, np.array(entry["half"]) * height_m
-        made.append(
+        parts.append(
             Primitive(entry["name"], entry["segment"], entry["kind"], points, size, masses[entry["name"]])
         )
-    return tuple(made)
+    return tuple(parts)
 
 
 def _masses(mass_kg: float, distribution: str) -> dict[str, float]:

@@ -3,22 +3,20 @@
     x(β) = x̄ + Σ_i β_i B_i
 
 for joint centres, landmarks and skin vertices alike; β has independent components of unit variance over the
-adults that the basis was made of. Axes: x forward, y left, z up; the origin is the middle of the hip joints.
+sampled adults from which the basis was computed. Axes: x forward, y left, z up; the origin lies midway
+between the hip joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from simrecon import resources
-from simrecon.body import mass
 from simrecon.body.frames import segment_frames
-from simrecon.body.skeleton import measure_template, t_pose_m, template
+from simrecon.body.skeleton import t_pose_m, template
 from simrecon.errors import InputError, SimreconError
 from simrecon.types import Array, IntArray, Skeleton
 
@@ -27,8 +25,6 @@ BETA_MAX = 5.0
 """Shape parameters beyond that many standard deviations are refused."""
 HEAD_POINT = "face"
 """How the shape file names the point `head` of models/body/landmarks.toml; `head` is the joint there."""
-SIGMA_LENGTH, SIGMA_HEIGHT, SIGMA_MASS = 0.03, 0.005, 0.05
-"""How far, relatively, `fit` believes lengths of an estimate, a given height, a given mass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,28 +87,28 @@ def space() -> ShapeSpace:
     path = resources.folder("models") / "body" / "shape.npz"
     try:
         with np.load(path, allow_pickle=False) as data:
-            found = {key: data[key] for key in data.files}
-        if str(found["schema"]) != SCHEMA:
-            raise ValueError(f"schema is {found['schema']}")
-        weights = np.zeros((len(found["weights"]), len(template().names)))
-        np.put_along_axis(weights, found["weight_segments"].astype(np.int64), found["weights"], axis=1)
+            arrays = {key: data[key] for key in data.files}
+        if str(arrays["schema"]) != SCHEMA:
+            raise ValueError(f"schema is {arrays['schema']}")
+        weights = np.zeros((len(arrays["weights"]), len(template().names)))
+        np.put_along_axis(weights, arrays["weight_segments"].astype(np.int64), arrays["weights"], axis=1)
         return ShapeSpace(
             "simrecon",
-            tuple(str(name) for name in found["point_names"]),
-            found["points_mean_m"].astype(np.float64),
-            found["points_basis_m"].astype(np.float64),
-            found["vertices_mean_m"].astype(np.float64),
-            found["vertices_basis_m"].astype(np.float64),
-            found["faces"].astype(np.int64),
+            tuple(str(name) for name in arrays["point_names"]),
+            arrays["points_mean_m"].astype(np.float64),
+            arrays["points_basis_m"].astype(np.float64),
+            arrays["vertices_mean_m"].astype(np.float64),
+            arrays["vertices_basis_m"].astype(np.float64),
+            arrays["faces"].astype(np.int64),
             weights,
-            float(found["volume_factor"]),
+            float(arrays["volume_factor"]),
         )
     except (OSError, ValueError, KeyError) as error:
         raise SimreconError(f"can't read {path}: {error}; install simrecon again") from error
 
 
 def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
-    """Shape parameters, zeros for those not given.
+    """All shape parameters, zero where the user states none.
 
     Args:
         betas: (up to B,).
@@ -122,17 +118,17 @@ def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:
     Raises:
         InputError: too many of them, or not finite, or beyond `BETA_MAX`.
     """
-    given = np.asarray(betas, dtype=np.float64)
-    if given.ndim != 1 or len(given) > shapes.size:
+    values = np.asarray(betas, dtype=np.float64)
+    if values.ndim != 1 or len(values) > shapes.size:
         raise InputError(
-            f"{where}: found an array of shape {given.shape}; "
+            f"{where}: found an array of shape {values.shape}; "
             f"valid: up to {shapes.size} numbers (shape space {shapes.name})"
         )
-    if not np.all(np.abs(given) <= BETA_MAX):
+    if not np.all(np.abs(values) <= BETA_MAX):
         raise InputError(
-            f"{where}: found {given.tolist()}; valid: numbers from -{BETA_MAX:g} to {BETA_MAX:g}"
+            f"{where}: found {values.tolist()}; valid: numbers from -{BETA_MAX:g} to {BETA_MAX:g}"
         )
-    return np.concatenate((given, np.zeros(shapes.size - len(given))))
+    return np.concatenate((values, np.zeros(shapes.size - len(values))))
 
 
 def skeleton(betas: Array, shapes: ShapeSpace | None = None) -> Skeleton:
@@ -167,44 +163,3 @@ def stature_m(betas: Array, shapes: ShapeSpace | None = None) -> float:
     top = upright[tree.names.index("head"), 2] + (points["crown"] - points["head"])[2]
     ankle = upright[tree.names.index("left_ankle"), 2]
     return float(top - ankle - (points["left_sole"] - points["left_ankle"])[2])
-
-
-def fit(
-    lengths_m: Mapping[str, float],
-    *,
-    height_m: float | None = None,
-    mass_kg: float | None = None,
-    shapes: ShapeSpace | None = None,
-) -> Array:
-    """The most probable shape for what is known of a person.
-
-    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β‖² over given lengths, stature and mass (volume times
-    density).
-
-    Args:
-        lengths_m: by name of `models/body/skeleton.toml`, as `body.measure` returns them; may be empty.
-        height_m: stature, or None.
-        mass_kg: of the whole body, or None.
-        shapes: the shape space; that of simrecon if None.
-
-    Returns:
-        (B,) betas; zeros where nothing is known.
-    """
-    shapes = shapes or space()
-    names = [name for name in measure_template(template()) if name in lengths_m]
-    wanted = np.log([lengths_m[name] for name in names])
-
-    def residuals(betas: Array) -> Array:
-        ours = measure_template(skeleton(betas, shapes))
-        found = [(np.log([ours[name] for name in names]) - wanted) / SIGMA_LENGTH, betas]
-        if height_m is not None:
-            found.append(np.array([np.log(stature_m(betas, shapes) / height_m) / SIGMA_HEIGHT]))
-        if mass_kg is not None:
-            volume = max(shapes.volume_m3(betas), 1e-3)
-            found.append(np.array([np.log(volume * mass.density_kgpm3() / mass_kg) / SIGMA_MASS]))
-        return np.concatenate(found)
-
-    limit = 0.999 * BETA_MAX
-    solved = least_squares(residuals, np.zeros(shapes.size), bounds=(-limit, limit), max_nfev=30)
-    betas: Array = solved.x
-    return betas

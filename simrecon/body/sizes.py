@@ -18,9 +18,9 @@ from simrecon.types import Array
 
 SCHEMA = "simrecon.primitives/1"
 VALUES = 9
-"""Of a primitive: capsule ends (3), (3), radius, 0, 0; box centre (3), 0, 0, 0, half sizes (3)."""
+"""Numbers of a primitive: capsule ends (3), (3), radius, 0, 0; box centre (3), 0, 0, 0, half sizes (3)."""
 LEAST_M = 0.005
-"""Of radii and half sizes."""
+"""Least radius or half size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ def values(sizes: Array) -> Array:
     return np.asarray(np.einsum("evs,...s->...ev", layout().matrix, sizes))
 
 
-def pack(given: Array) -> Array:
-    """Sizes (S,) of values (E, 9) of the primitives, `values`' inverse."""
+def pack(values: Array) -> Array:
+    """Sizes (S,) of the primitives' values (E, 9): the inverse of `values`."""
     matrix = layout().matrix.reshape(-1, layout().matrix.shape[-1])
-    return np.asarray(np.linalg.lstsq(matrix, given.ravel(), rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(matrix, values.ravel(), rcond=None)[0])

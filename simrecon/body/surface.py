@@ -50,12 +50,16 @@ def _to_box(values: Array, points_m: Array) -> tuple[Array, Array]:
     outward = out / np.maximum(far, _TINY)[:, None]
     inward = np.eye(3)[np.argmax(beyond, axis=1)]
     slope = np.where((far > 0)[:, None], outward, inward)  # (P, 3)
-    found = np.where(far > 0, far, beyond.max(axis=1))
-    return found, np.hstack((-slope * side, np.zeros_like(local), -slope))
+    apart = np.where(far > 0, far, beyond.max(axis=1))
+    return apart, np.hstack((-slope * side, np.zeros_like(local), -slope))
 
 
 def samples(kind: str, values: Array) -> tuple[Array, Array, Array]:
     """Points spread over the surface of a primitive.
+
+    Args:
+        kind: `capsule` or `box`.
+        values: (9,).
 
     Returns:
         points (P, 3), area that each stands for (P,), and derivative (P, 3, 9) of the points by `values`; a

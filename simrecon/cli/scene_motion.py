@@ -14,7 +14,7 @@ from simrecon.body import names
 from simrecon.drawing import stage, video
 from simrecon.errors import InputError
 from simrecon.evidence import resample
-from simrecon.scene import check, edit, files, meshes, parts, suggest
+from simrecon.scene import check, edit, files, meshes, sheets, suggest
 from simrecon.sim.address import with_items_at_rest
 from simrecon.types import KinematicFit, Scene
 
@@ -116,5 +116,5 @@ def listed(scene: Scene) -> str:
         if item.kind == "mesh":
             lines[-1] += "; " + meshes.note(item, scene.folder)
         if item.kind == "trampoline":
-            lines[-1] += f"; {parts.natural_frequency_hz(item):.2f} Hz under {parts.RATED_KG:g} kg"
+            lines[-1] += f"; {sheets.natural_frequency_hz(item):.2f} Hz under {sheets.RATED_KG:g} kg"
     return "\n".join(lines)

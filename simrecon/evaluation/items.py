@@ -17,7 +17,7 @@ from simrecon.metrics.dynamics import body_weight_pct
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores
 from simrecon.replay import SIMULATED
-from simrecon.scene import check, parts
+from simrecon.scene import check, sheets
 from simrecon.types import Array
 
 
@@ -62,7 +62,7 @@ def _sitting(borne_pct: Array, known: Flags, on: Comparison) -> dict[str, float]
 
 def _sheets(result: Simulated) -> dict[str, float]:
     """Sink of mats and trampolines, and how high the centre of mass comes over where it began."""
-    if not any(parts.sheet(item) for item in result.scene.items):
+    if not any(sheets.sheet_of(item) for item in result.scene.items):
         return {}
     model, motion = result.model, result.motion
     tiles = [i for i in range(model.njnt) if "/tile_" in model.joint(i).name]

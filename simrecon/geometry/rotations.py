@@ -167,7 +167,7 @@ def slerp(a: ArrayLike, b: ArrayLike, fraction: ArrayLike) -> Array:
 
 
 def interpolate(times_s: Array, q: Array, at_s: Array) -> Array:
-    """Piecewise slerp of q (T, ..., 4) given at increasing times (T,) to `at_s` (N,), held at the ends."""
+    """Piecewise slerp of q (T, ..., 4) from increasing times (T,) to `at_s` (N,), held at both ends."""
     at_s = np.clip(at_s, times_s[0], times_s[-1])
     i = np.clip(np.searchsorted(times_s, at_s, side="right") - 1, 0, len(times_s) - 2)
     fraction = (at_s - times_s[i]) / (times_s[i + 1] - times_s[i])  # (N,)

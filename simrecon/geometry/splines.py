@@ -90,8 +90,8 @@ def support(first_time_s: float, last_time_s: float, spacing_s: float) -> slice:
     """
     _check_spacing(spacing_s)
     if not (0 <= first_time_s <= last_time_s < math.inf):
-        given = f"interval [{first_time_s}, {last_time_s}]"
-        raise ValueError(f"{given}; valid is 0 <= first_time_s <= last_time_s")
+        interval = f"interval [{first_time_s}, {last_time_s}]"
+        raise ValueError(f"{interval}; valid is 0 <= first_time_s <= last_time_s")
     first = math.floor(_snapped(first_time_s / spacing_s))
     return slice(first, math.ceil(_snapped(last_time_s / spacing_s)) + 3)
 

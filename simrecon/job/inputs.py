@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import evidence as readers
-from simrecon.body import Wanted, model_file, names, shape
+from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
 from simrecon.evidence.camera import files, fov, hidden
@@ -49,7 +49,7 @@ def observe(job: Job, progress: Progress | None = None) -> Evidence:
     return replace(seen, height_m=person.height_m or seen.height_m, mass_kg=person.mass_kg or seen.mass_kg)
 
 
-def shape_of(person: Person) -> Wanted | None:
+def shape_of(person: Person) -> ShapeRequest | None:
     """The body's shape, as far as it is asked for.
 
     Raises:
@@ -59,7 +59,7 @@ def shape_of(person: Person) -> Wanted | None:
         return None
     space = space_of(person)
     betas = None if person.betas is None else betas_of(person, space)
-    return Wanted(betas, space, person.mass_distribution or "standard")
+    return ShapeRequest(betas, space, person.mass_distribution or "standard")
 
 
 def space_of(person: Person) -> ShapeSpace:

@@ -29,7 +29,7 @@ FLOOR_FRAMES = 120  # spread over the clip, which are enough for a plane
 
 @blas.one_thread()
 def fit(
-    evidence: Evidence, scene: Scene, plan: Kinematics, request: bodies.Wanted | None = None
+    evidence: Evidence, scene: Scene, plan: Kinematics, request: bodies.ShapeRequest | None = None
 ) -> KinematicFit:
     """Fit shape scale, root and joint angles of all frames to the evidence.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon.body import primitives, shape, shaped
+from simrecon.body import primitives, shape_fit, shaped, shaped_primitives
 from simrecon.plan import Kinematics
 from simrecon.types import Evidence, IntArray, Primitive, Skeleton
 
 
 def measured(
-    evidence: Evidence, request: bodies.Wanted | None, plan: Kinematics
+    evidence: Evidence, request: bodies.ShapeRequest | None, plan: Kinematics
 ) -> tuple[Skeleton, bodies.Shape | None]:
     """Kinematic tree, and a shape if one is requested: betas give lengths, or measured lengths the betas.
 
@@ -27,7 +27,9 @@ def measured(
     if request.betas is not None:
         own = shaped.make(request.betas, height_m=evidence.height_m, shapes=request.shapes)
         return own.skeleton, own
-    betas = shape.fit(lengths, height_m=evidence.height_m, mass_kg=evidence.mass_kg, shapes=request.shapes)
+    betas = shape_fit.fit(
+        lengths, height_m=evidence.height_m, mass_kg=evidence.mass_kg, shapes=request.shapes
+    )
     height = evidence.height_m or bodies.stature_m(skeleton)
     return skeleton, shaped.make(betas, height_m=height, shapes=request.shapes)
 
@@ -49,7 +51,7 @@ def primitives_of(
     height, mass = stature_and_mass(skeleton, evidence)
     if person is None:
         return primitives.make(skeleton, height, mass, 0.0)
-    return shaped.primitives(person, skeleton, height_m=person.height_m, mass_kg=mass)
+    return shaped_primitives.make(person, skeleton, height_m=person.height_m, mass_kg=mass)
 
 
 def stature_and_mass(skeleton: Skeleton, evidence: Evidence) -> tuple[float, float]:

@@ -1,8 +1,9 @@
 """The covariance of CMA-ES's steps: diagonal or diagonal and low rank, at linear cost, or full.
 
-Source: N. Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv 1604.00772, whose equation numbers are
-given below; for low rank Y. Akimoto and N. Hansen, "Projection-Based Restricted Covariance Matrix Adaptation
-for High Dimension", GECCO 2016 (VkD-CMA). Axes: P samples of a generation, n variables, k directions.
+Source: N. Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv 1604.00772, whose equation numbers stand
+at the lines that implement them; for low rank Y. Akimoto and N. Hansen, "Projection-Based Restricted
+Covariance Matrix Adaptation for High Dimension", GECCO 2016 (VkD-CMA). Axes: P samples of a generation,
+n variables, k directions.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from simrecon.types import Array
 Covariance = Literal["diagonal", "low_rank", "full"]
 
 SMALLEST = 1e-200
-"""Keeps variances of a run finite that goes on long after it converged."""
+"""Keeps variances above zero when a run goes on long after it converged."""
 
 RANK = 4
 """Directions of a low-rank covariance; 1 and 16 did about as well in 30 generations (decision 9)."""

@@ -105,7 +105,7 @@ class _Search:
     """The objective as nlopt calls it, and what it has seen.
 
     The library's first step is the negative gradient, and it gives up if that is many orders too long. So it
-    is given a loss whose gradient has unit length at the start.
+    sees a scaled loss whose gradient has unit length at the start.
     """
 
     fun: Objective

@@ -9,7 +9,8 @@ from typing import Protocol
 
 from simrecon.errors import InputError
 from simrecon.plan import PRIORS
-from simrecon.prior.flow import Flow, flow
+from simrecon.prior.flow import Flow
+from simrecon.prior.flow_file import flow
 from simrecon.prior.gaussian import Gaussian, gaussian
 from simrecon.types import Array, Skeleton
 
@@ -27,10 +28,10 @@ class Prior(Protocol):
 
 
 def make(model: str, skeleton: Skeleton) -> Prior:
-    """The prior of a name in `plan.PRIORS`, for poses of a skeleton.
+    """The prior of a name in `plan.PRIORS`, for the poses of a skeleton.
 
     Raises:
-        InputError: no such name.
+        InputError: there is no prior of that name.
     """
     if model == "gaussian":
         return gaussian(skeleton)

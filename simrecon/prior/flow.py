@@ -16,53 +16,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon import resources
-from simrecon.errors import SimreconError
+from simrecon.prior import coupling
+from simrecon.prior.coupling import SIZE, Layer, Trace, Weights
 from simrecon.types import Array
 
-SCHEMA = "simrecon.flow/2"
-SIZE, HALF, SYMMETRIC = 48, 24, 11
-"""Coordinates; those of a half; those of a half that stay in the mirror, which come first."""
 _ROWS = 320
 """Poses at a time: their hidden units stay in the cache, and no result depends on threads."""
-
-Weights = NDArray[np.floating]
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One layer; H hidden units.
-
-    Attributes:
-        linear: (48, 48) L.
-        stay, bias, turn: (H, 11), (H,), (H, 13) to the hidden units.
-        even, even_bias: (35, H), (35,) to α (24) and the shift of s₂ (11).
-        odd: (13, H) to the shift of a₂.
-    """
-
-    linear: Weights
-    stay: Weights
-    bias: Weights
-    turn: Weights
-    even: Weights
-    even_bias: Weights
-    odd: Weights
-
-
-@dataclass(frozen=True, eq=False)
-class _Trace:
-    """What the gradient of one layer needs, (..., N): y, h₊ + h₋, h₊ − h₋, raw log scales, exp(α)."""
-
-    y: Weights
-    total: Weights
-    difference: Weights
-    raw: Weights
-    scale: Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,19 +55,20 @@ class Flow:
 
     def squared(self, rotvecs: Array) -> tuple[Array, Array]:
         """‖z‖² (...) of rotation vectors (..., 16, 3) and its gradient, (..., 16, 3)."""
-        trace: list[_Trace] = []
+        trace: list[Trace] = []
         z = self._run(rotvecs.reshape(-1, SIZE), trace)  # (48, N)
-        gradient = self._back(trace, 2 * z, 0.0)
+        gradient = self._slope(trace, 2 * z, 0.0)
         value = np.asarray(np.sum(z**2, axis=0), np.float64)
         return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
     def log_likelihood(self, rotvecs: Array) -> tuple[Array, Array]:
         """Log density (...) over rotation vectors (..., 16, 3), per rad⁴⁸, and its gradient, (..., 16, 3)."""
-        trace: list[_Trace] = []
+        trace: list[Trace] = []
         z = self._run(rotvecs.reshape(-1, SIZE), trace)  # (48, N)
-        volume = self._volume + sum(self._log_scale(kept.raw).sum(axis=0) for kept in trace)  # (N,)
+        scales = (coupling.log_scale(kept.raw, self.bound) for kept in trace)  # (24, N) each
+        volume = self._volume + sum(scale.sum(axis=0) for scale in scales)  # (N,)
         value = np.asarray(volume - 0.5 * np.sum(z**2, axis=0) - 0.5 * SIZE * np.log(2 * np.pi), np.float64)
-        gradient = self._back(trace, -z, 1.0)
+        gradient = self._slope(trace, -z, 1.0)
         return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
     def sample(self, rng: np.random.Generator, count: int) -> Array:
@@ -114,10 +79,7 @@ class Flow:
         """Rotation vectors (..., 16, 3) of latent codes (..., 48): the inverse of `code`."""
         x: Weights = z.reshape(-1, SIZE).T  # (48, N)
         for layer, inverse in zip(reversed(self.layers), reversed(self._inverses), strict=True):
-            even, odd, _, _ = self._network(layer, x[:HALF])
-            shift = np.concatenate((even[HALF:], odd))  # (24, N)
-            moved = (x[HALF:] - shift) / np.exp(self._log_scale(even[:HALF]))
-            x = inverse @ np.concatenate((x[:HALF], moved))
+            x = inverse @ coupling.inverse(layer, self.bound, x)
         return (x.T + self.mean_rad).reshape(*z.shape[:-1], 16, 3)
 
     @cached_property
@@ -153,61 +115,15 @@ class Flow:
                 list(pool.map(fill, range(0, len(rows), _ROWS)))
         return z
 
-    def _run(self, flat: Weights, trace: list[_Trace] | None = None) -> Weights:
-        """Codes (48, N) of poses (N, 48); appends each layer's trace."""
+    def _run(self, flat: Weights, trace: list[Trace] | None = None) -> Weights:
+        """Codes (48, N) of poses (N, 48); appends the trace of each layer."""
         x = flat.T - self.mean_rad.astype(flat.dtype)[:, None]
-        for layer in self._single if flat.dtype == np.float32 else self.layers:
-            y = layer.linear @ x  # (48, N)
-            even, odd, total, difference = self._network(layer, y[:HALF])
-            scale = self._log_scale(even[:HALF])  # (24, N)
-            np.exp(scale, out=scale)
-            x[:HALF] = y[:HALF]
-            np.multiply(y[HALF:], scale, out=x[HALF:])
-            x[HALF : HALF + SYMMETRIC] += even[HALF:]
-            x[HALF + SYMMETRIC :] += odd
-            if trace is not None:
-                trace.append(_Trace(y, total, difference, even[:HALF], scale))
-        return x
+        layers = self._single if flat.dtype == np.float32 else self.layers
+        return coupling.forward(layers, self.bound, x, trace)
 
-    def _network(self, layer: Layer, given: Weights) -> tuple[Weights, Weights, Weights, Weights]:
-        """By y₁ (24, N): raw α and shift of s₂ (35, N), shift of a₂ (13, N), h₊ + h₋ and h₊ − h₋ (H, N)."""
-        stay = layer.stay @ given[:SYMMETRIC]  # (H, N)
-        stay += layer.bias[:, None]
-        turn = layer.turn @ given[SYMMETRIC:]  # (H, N)
-        plus = stay + turn
-        stay -= turn
-        np.tanh(plus, out=plus)
-        np.tanh(stay, out=stay)
-        difference = np.subtract(plus, stay, out=turn)
-        plus += stay
-        even = layer.even @ plus
-        even += layer.even_bias[:, None]
-        return even, layer.odd @ difference, plus, difference
-
-    def _log_scale(self, raw: Weights) -> Weights:
-        scale = np.abs(raw)
-        scale *= 1 / self.bound
-        scale += 1
-        return np.divide(raw, scale, out=scale)
-
-    def _back(self, trace: list[_Trace], d_code: Weights, d_volume: float) -> Array:
+    def _slope(self, trace: list[Trace], d_code: Weights, d_volume: float) -> Array:
         """Gradient (N, 48) by the pose from those by the code (48, N) and the log determinant."""
-        d = d_code
-        for layer, kept in zip(reversed(self.layers), reversed(trace), strict=True):
-            d_moved = d[HALF:]
-            d_log_scale = d_moved * kept.y[HALF:] * kept.scale + d_volume  # (24, N)
-            d_raw = d_log_scale / (1 + np.abs(kept.raw) / self.bound) ** 2
-            d_even = layer.even.T @ np.concatenate((d_raw, d_moved[:SYMMETRIC]))  # (H, N)
-            d_odd = layer.odd.T @ d_moved[SYMMETRIC:]
-            plus, minus = (kept.total + kept.difference) / 2, (kept.total - kept.difference) / 2
-            d_plus = (d_even + d_odd) * (1 - plus**2)
-            d_minus = (d_even - d_odd) * (1 - minus**2)
-            d_y = np.empty_like(d)
-            d_y[:SYMMETRIC] = d[:SYMMETRIC] + layer.stay.T @ (d_plus + d_minus)
-            d_y[SYMMETRIC:HALF] = d[SYMMETRIC:HALF] + layer.turn.T @ (d_plus - d_minus)
-            d_y[HALF:] = d_moved * kept.scale
-            d = layer.linear.T @ d_y
-        return np.asarray(d.T, np.float64)
+        return coupling.backward(self.layers, self.bound, trace, d_code, d_volume)
 
 
 def _rotvecs(joints: NDArray[np.floating]) -> Weights:
@@ -218,32 +134,3 @@ def _rotvecs(joints: NDArray[np.floating]) -> Weights:
     scale = np.copysign(2 * half, q[..., 0]) / np.maximum(sine, np.float32(1e-12))
     factor = np.where(sine > 1e-6, scale, np.float32(2))
     return (factor[..., None] * q[..., 1:]).reshape(-1, SIZE)
-
-
-@cache
-def flow() -> Flow:
-    """The flow of `models/prior/flow.npz`.
-
-    Raises:
-        SimreconError: the file is not there or is damaged.
-    """
-    path = resources.folder("models") / "prior" / "flow.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return from_arrays({key: data[key] for key in data.files})
-    except (OSError, KeyError, ValueError) as error:
-        raise SimreconError(f"{path}: can't read the pose prior ({error}): install simrecon again") from error
-
-
-def from_arrays(data: dict[str, NDArray[np.generic]]) -> Flow:
-    """A flow from the arrays of its file: those of `Layer` stacked over layers, `mean_rad` and `bound`.
-
-    Raises:
-        ValueError: of another schema.
-    """
-    if str(data["schema"]) != SCHEMA:
-        raise ValueError(f"schema {data['schema']}, not {SCHEMA}")
-    names = tuple(Layer.__dataclass_fields__)
-    stacks = {name: np.asarray(data[name], np.float64) for name in names}
-    layers = tuple(Layer(**{name: stacks[name][k] for name in names}) for k in range(len(stacks["linear"])))
-    return Flow(np.asarray(data["mean_rad"], np.float64).ravel(), layers, float(np.float64(data["bound"])))

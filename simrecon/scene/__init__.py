@@ -2,9 +2,10 @@
 
 kinds     what items there are, and their parameters (models/scene/kinds.toml)
 files     scene.toml ↔ Scene; schema: its tables
-parts     an item's solid shapes and sprung sheets; meshes: from files
-geometry  heights and distances, for the kinematic fit
+solids    an item's solid parts: by its measures (furniture) or from a file (meshes); sheets: sprung ones
+geometry  heights and distances, for the kinematic fit; surfaces: of one part
 mjcf      person and scene for MuJoCo
+suggest   supports that a motion needs; check: items that a motion goes through; edit: a user's scene file
 """
 
 from simrecon.scene.files import dumps, parse, read, write

@@ -27,7 +27,7 @@ class Edited:
     """A scene file while it is changed; `save` checks and writes it.
 
     The text is kept in blocks: what is above the first header, then one for each header with the comment
-    above it. A file that is written in another way, such as `item = [{…}]`, is brought into this form first.
+    above it. A file in another form, such as `item = [{…}]`, is rewritten in this one first.
     """
 
     def __init__(self, content: str, path: Path | str = "scene.toml") -> None:
@@ -39,7 +39,7 @@ class Edited:
 
     @classmethod
     def read(cls, path: Path | str) -> Edited:
-        """A file to be changed.
+        """Read a file in order to change it.
 
         Raises:
             InputError: it can't be read, or is not valid.
@@ -49,7 +49,7 @@ class Edited:
 
     @property
     def names(self) -> list[str]:
-        """Of the items, in the order of the file."""
+        """Names of the items, in the order of the file."""
         return [table["item"][0]["name"] for table in map(tomllib.loads, self._blocks) if "item" in table]
 
     def item(self, name: str) -> SceneItem:
@@ -62,7 +62,7 @@ class Edited:
         return schema.item(table["item"][0], f"{self._path}: item")
 
     def set(self, name: str, key: str, value: Any) -> None:
-        """Change a key of an item or the ground; None takes it away, so that it has its default.
+        """Change a key of an item or the ground; None removes it, so that its default holds.
 
         Raises:
             InputError: there is no such item.
@@ -90,10 +90,10 @@ class Edited:
         del self._blocks[self._index(name)]
 
     def save(self, path: Path | str | None = None) -> Scene:
-        """Check all and write the file, or another; gives the scene.
+        """Check the text and write it to the file, or to another; return the scene.
 
         Raises:
-            InputError: a value is not valid, or the file can't be written; it is as it was then.
+            InputError: a value is not valid, or the file can't be written; the file is then unchanged.
         """
         path = self._path if path is None else Path(path)
         content = "".join(self._blocks)
@@ -112,7 +112,7 @@ class Edited:
         return rows[self.names.index(name)]
 
     def _ground(self) -> int:
-        """Where the ground's block is; a new one comes before the items."""
+        """Index of the ground's block; a new one is put before the items."""
         for i, block in enumerate(self._blocks):
             if GROUND in tomllib.loads(block):
                 return i

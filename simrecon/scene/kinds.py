@@ -30,9 +30,9 @@ class Parameter:
     Attributes:
         name: with its unit.
         type: `number`, `vector`, `count`, `flag` or `text`.
-        meaning: for the documentation.
+        meaning: one line for the documentation.
         low, high: bounds; above: the lower bound itself is not allowed.
-        default: None where it must be given.
+        default: None if the scene file has to state it.
         valid: words that a text may be; empty: any.
     """
 

@@ -15,7 +15,7 @@ from simrecon.scene.kinds import LARGEST_M
 from simrecon.types import Friction, Ground, SceneItem
 
 FIT: Final = "fit"
-"""Of a floor's stiffness: to be found from the clip."""
+"""As a floor's stiffness: it is fitted to the clip."""
 STIFFNESS_RANGE_NPM = (100.0, 1e7)
 DAMPING_MAX_NSPM = 1e5
 MASS_RANGE_KG = (0.01, 1e5)
@@ -78,7 +78,7 @@ def ground(table: Any, where: str) -> Ground:
 
 
 def ground_table(ground: Ground) -> dict[str, Any]:
-    """The table of a floor."""
+    """The table of a floor; keys that are None are left out."""
     sloped = bool(ground.slope_rad)
     values = GroundTable(
         height_m=ground.height_m,
@@ -115,7 +115,7 @@ def item(table: Any, where: str) -> SceneItem:
 
 
 def item_table(item: SceneItem) -> dict[str, Any]:
-    """The table of an item."""
+    """The table of an item; keys that are None are left out."""
     values = ItemTable(
         name=item.name,
         kind=item.kind,

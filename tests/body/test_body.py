@@ -219,12 +219,12 @@ def unusual() -> Skeleton:
 def test_measured_lengths_are_recovered() -> None:
     truth = unusual()
     measured = bodies.measure(observed(truth))
-    found = bodies.scaled(measured)
+    skeleton = bodies.scaled(measured)
     expected = bodies.measure_template(truth)
     assert len(expected) == 11
-    for name, value in bodies.measure_template(found).items():
+    for name, value in bodies.measure_template(skeleton).items():
         assert value == pytest.approx(expected[name], rel=1e-9), name
-    np.testing.assert_allclose(found.offsets_m, truth.offsets_m, atol=1e-9)
+    np.testing.assert_allclose(skeleton.offsets_m, truth.offsets_m, atol=1e-9)
 
 
 def test_feet_take_the_triangle_that_was_measured() -> None:
@@ -235,8 +235,8 @@ def test_feet_take_the_triangle_that_was_measured() -> None:
         offsets[truth.point_names.index(f"{side}_heel")] = [-0.05, 0.0, -0.07]
         offsets[truth.point_names.index(f"{side}_toe")] = [0.16, 0.0, -0.07]
     truth = replace(truth, point_offsets_m=offsets)
-    found = bodies.scaled(bodies.measure(observed(truth)))
-    np.testing.assert_allclose(found.point_offsets_m[rows], offsets[rows], atol=1e-9)
+    skeleton = bodies.scaled(bodies.measure(observed(truth)))
+    np.testing.assert_allclose(skeleton.point_offsets_m[rows], offsets[rows], atol=1e-9)
 
 
 def test_feet_that_no_one_has_are_not_believed() -> None:
@@ -244,8 +244,8 @@ def test_feet_that_no_one_has_are_not_believed() -> None:
     offsets = truth.point_offsets_m.copy()
     for side in ("left", "right"):
         offsets[truth.point_names.index(f"{side}_toe")] = [0.6, 0.0, -0.07]
-    found = bodies.scaled(bodies.measure(observed(replace(truth, point_offsets_m=offsets))))
-    assert 0.1 < found.point_offsets_m[truth.point_names.index("left_toe"), 0] < 0.25
+    skeleton = bodies.scaled(bodies.measure(observed(replace(truth, point_offsets_m=offsets))))
+    assert 0.1 < skeleton.point_offsets_m[truth.point_names.index("left_toe"), 0] < 0.25
 
 
 def test_noise_and_missing_joints() -> None:
@@ -265,16 +265,16 @@ def test_noise_and_missing_joints() -> None:
 
 def test_lengths_that_are_not_measured_follow_the_others() -> None:
     unit = bodies.measure_template(bodies.template())
-    found = bodies.measure_template(bodies.scaled({"thigh": 2 * unit["thigh"]}))
+    lengths = bodies.measure_template(bodies.scaled({"thigh": 2 * unit["thigh"]}))
     for name in unit:
-        assert found[name] == pytest.approx(2 * unit[name]), name
+        assert lengths[name] == pytest.approx(2 * unit[name]), name
 
 
 def test_a_known_height_scales_what_was_measured() -> None:
     lengths = bodies.measure_template(unusual())
-    found = bodies.scaled(lengths, 1.6)
-    assert bodies.stature_m(found) == pytest.approx(1.6)
-    again = bodies.measure_template(found)
+    skeleton = bodies.scaled(lengths, 1.6)
+    assert bodies.stature_m(skeleton) == pytest.approx(1.6)
+    again = bodies.measure_template(skeleton)
     ratios = [again[name] / lengths[name] for name in lengths]
     np.testing.assert_allclose(ratios, ratios[0])
 
@@ -298,8 +298,8 @@ def test_the_sole_lies_under_heel_and_toe(body: Body) -> None:
 @pytest.mark.parametrize("sole_m", [-0.3, -0.1, -0.07, 0.1])
 def test_feet_have_a_thickness_wherever_the_sole_is(sole_m: float) -> None:
     """A fit of few evaluations may put the sole above the ankle."""
-    made = bodies.build(bodies.scaled({}, 1.75), height_m=1.75, mass_kg=70.0, sole_m=sole_m)
-    feet = [part for part in made.primitives if part.name.endswith("_foot")]
+    person = bodies.build(bodies.scaled({}, 1.75), height_m=1.75, mass_kg=70.0, sole_m=sole_m)
+    feet = [part for part in person.primitives if part.name.endswith("_foot")]
     assert len(feet) == 2
     assert min(foot.size_m[2] for foot in feet) >= 0.004
-    assert mujoco.MjModel.from_xml_string(made.mjcf).ngeom >= 26
+    assert mujoco.MjModel.from_xml_string(person.mjcf).ngeom >= 26

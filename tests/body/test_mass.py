@@ -43,21 +43,21 @@ def test_mass_in_is_mass_in_mujoco(shaped: bool, mass_kg: float) -> None:
 
 @given(st.lists(st.floats(0.3, 1.0), min_size=4, max_size=4), st.floats(30.0, 200.0))
 def test_printable_masses_add_up(light: list[float], total_kg: float) -> None:
-    wanted = {
+    exact = {
         "left_hand": light[0],
         "right_hand": light[0],
         "neck": light[1],
         "face": light[2],
         "left_arm": 2.5 * light[3],
     }
-    wanted["right_arm"] = wanted["left_arm"]
-    wanted["trunk"] = total_kg - sum(wanted.values())
-    found = mass.printable(wanted, total_kg)
-    assert sum(found.values()) == pytest.approx(total_kg, abs=1.01e-6)
-    assert (found["left_hand"], found["left_arm"]) == (found["right_hand"], found["right_arm"])
-    for name, value in found.items():
+    exact["right_arm"] = exact["left_arm"]
+    exact["trunk"] = total_kg - sum(exact.values())
+    rounded = mass.printable(exact, total_kg)
+    assert sum(rounded.values()) == pytest.approx(total_kg, abs=1.01e-6)
+    assert (rounded["left_hand"], rounded["left_arm"]) == (rounded["right_hand"], rounded["right_arm"])
+    for name, value in rounded.items():
         assert value == float(f"{value:.6g}")
-        assert value == pytest.approx(wanted[name], abs=2e-3)
+        assert value == pytest.approx(exact[name], abs=2e-3)
 
 
 def test_the_mean_shape_has_the_shares_of_de_leva() -> None:
@@ -97,21 +97,21 @@ def test_inertia_is_that_of_the_primitive() -> None:
     hand = next(part for part in body.primitives if part.name == "left_hand")
     a, b, c = 2 * hand.size_m
     expected = hand.mass_kg / 12 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
-    found = np.sort(model.body_inertia[model.body("left_wrist").id])
-    np.testing.assert_allclose(found, np.sort(expected), rtol=1e-4)
+    inertia = np.sort(model.body_inertia[model.body("left_wrist").id])
+    np.testing.assert_allclose(inertia, np.sort(expected), rtol=1e-4)
 
 
 @pytest.mark.parametrize("shaped", [False, True])
 @pytest.mark.parametrize(
-    ("name", "mass_kg", "segments", "wanted"),
+    ("name", "mass_kg", "segments", "expected"),
     [("heavy_head", 36.5, ("head",), 0.40), ("heavy_arms", 146.0, ARMS, 0.36)],
 )
 def test_distributions_for_retargeting(
-    shaped: bool, name: str, mass_kg: float, segments: tuple[str, ...], wanted: float
+    shaped: bool, name: str, mass_kg: float, segments: tuple[str, ...], expected: float
 ) -> None:
     assert mass.distribution(name).mass_kg == mass_kg
     body, usual = person(shaped, mass_kg, name), person(shaped, mass_kg)
-    assert share(body, segments) == pytest.approx(wanted, abs=1e-5)
+    assert share(body, segments) == pytest.approx(expected, abs=1e-5)
     both = zip(body.primitives, usual.primitives, strict=True)
     legs = [part.mass_kg / other.mass_kg for part, other in both if part.segment not in segments]
     np.testing.assert_allclose(legs, legs[0], rtol=1e-4)

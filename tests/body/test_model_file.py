@@ -1,4 +1,4 @@
-"""Body models that the user owns, by a synthetic file of SMPL's layout made of simrecon's own shape space."""
+"""Body models that the user owns, by a synthetic file of SMPL's layout with simrecon's own shape space."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ BETAS = np.array([0.5, 1.0, -0.5, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 def saved(folder: Path, **changes: Any) -> Path:
     path = folder / "model.npz"
-    found = {key: value for key, value in (smpl_layout.arrays() | changes).items() if value is not None}
-    np.savez(path, **found)
+    content = {key: value for key, value in (smpl_layout.arrays() | changes).items() if value is not None}
+    np.savez(path, **content)
     return path
 
 
@@ -56,12 +56,12 @@ def test_landmarks_are_where_simrecon_has_them(model: ShapeSpace) -> None:
 
 def test_primitives_are_fitted_to_its_skin(model: ShapeSpace) -> None:
     body = bodies.build(betas=BETAS, shapes=model, mass_kg=70.0)
-    fitted = {p.name: p for p in body.primitives}
+    parts = {p.name: p for p in body.primitives}
     own = {p.name: p for p in bodies.build(betas=BETAS, mass_kg=70.0).primitives}
-    assert sum(p.mass_kg for p in fitted.values()) == pytest.approx(70.0, abs=1e-6)
+    assert sum(p.mass_kg for p in parts.values()) == pytest.approx(70.0, abs=1e-6)
     for name in ("left_thigh", "left_forearm", "ribs", "left_foot", "skull"):
-        np.testing.assert_allclose(fitted[name].size_m, own[name].size_m, atol=0.02)
-        assert np.linalg.norm(fitted[name].points_m.mean(axis=0) - own[name].points_m.mean(axis=0)) < 0.04
+        np.testing.assert_allclose(parts[name].size_m, own[name].size_m, atol=0.02)
+        assert np.linalg.norm(parts[name].points_m.mean(axis=0) - own[name].points_m.mean(axis=0)) < 0.04
     assert body.shape_space == "model.npz"
 
 
@@ -85,11 +85,11 @@ def test_names_of_joints_serve_where_their_number_says_nothing(tmp_path: Path, m
         parents=np.array([-1] + [new[smpl_layout.PARENTS[joint]] for joint in keep[1:]]),
         joint_names=np.array(names),
     )
-    found = model_file.read(path)
+    read = model_file.read(path)
     np.testing.assert_allclose(
-        found.points_m(BETAS)["left_elbow"], model.points_m(BETAS)["left_elbow"], atol=1e-9
+        read.points_m(BETAS)["left_elbow"], model.points_m(BETAS)["left_elbow"], atol=1e-9
     )
-    np.testing.assert_allclose(found.weights, model.weights, atol=1e-12)
+    np.testing.assert_allclose(read.weights, model.weights, atol=1e-12)
 
 
 def as_published(arrays: dict[str, Any]) -> dict[str, Any]:
@@ -111,10 +111,10 @@ def test_pickles_as_published_are_read_without_running_them(
     path = tmp_path / "basicModel.pkl"
     path.write_bytes(pickle.dumps(content | {"shapedirs": variable, "bs_type": "lrotmin"}, protocol=2))
     monkeypatch.undo()
-    found = model_file.read(path)
-    np.testing.assert_allclose(found.vertices_m(BETAS), model.vertices_m(BETAS), atol=1e-12)
+    space = model_file.read(path)
+    np.testing.assert_allclose(space.vertices_m(BETAS), model.vertices_m(BETAS), atol=1e-12)
     np.testing.assert_allclose(
-        found.points_m(BETAS)["left_knee"], model.points_m(BETAS)["left_knee"], atol=1e-12
+        space.points_m(BETAS)["left_knee"], model.points_m(BETAS)["left_knee"], atol=1e-12
     )
 
 
@@ -124,11 +124,11 @@ def test_pickles_as_published_are_read_without_running_them(
         ({"v_template": None}, "v_template: found no such key"),
         ({"weights": np.zeros((3, 24))}, r"weights: found an array of shape \(3, 24\)"),
         ({"shapedirs": np.full((2952, 3, 10), np.nan)}, "shapedirs: found no finite numbers"),
-        ({"f": np.full((4, 3), 9999)}, "f: found a vertex 9999"),
-        ({"weights": np.eye(24)[np.zeros(2952, int)]}, "weights: found no vertex of 'spine'"),
-        ({"kintree_table": np.array([range(24), range(24)])}, "found a joint before its parent"),
+        ({"f": np.full((4, 3), 9999)}, "f: vertices 9999 to 9999; valid: from 0 to"),
+        ({"weights": np.eye(24)[np.zeros(2952, int)]}, "weights: no vertex belongs to 'spine'"),
+        ({"kintree_table": np.array([range(24), range(24)])}, "a joint comes before its parent"),
         ({"kintree_table": np.zeros((2, 5))}, "kintree_table: found shape"),
-        ({"joint_names": np.array(["a"] * 24)}, "joint_names: found none for 'pelvis'"),
+        ({"joint_names": np.array(["a"] * 24)}, "joint_names: none of them is 'pelvis'"),
     ],
 )
 def test_damaged_files_are_refused_in_one_line(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
@@ -141,11 +141,11 @@ def test_damaged_files_are_refused_in_one_line(tmp_path: Path, changes: dict[str
 
 def test_other_units_and_inverted_faces_are_refused(tmp_path: Path) -> None:
     arrays = smpl_layout.arrays()
-    with pytest.raises(InputError, match="found a body 17"):
+    with pytest.raises(InputError, match="the body is 17"):
         model_file.read(
             saved(tmp_path, v_template=100 * arrays["v_template"], shapedirs=100 * arrays["shapedirs"])
         )
-    with pytest.raises(InputError, match="faces that look inwards"):
+    with pytest.raises(InputError, match="the faces look inwards"):
         model_file.read(saved(tmp_path, f=arrays["f"][:, ::-1]))
 
 

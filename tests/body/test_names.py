@@ -64,12 +64,12 @@ def test_every_name_means_a_point_on_its_own_side(
         if any(part in entry for part in NO_FIXED_PLACE):
             assert (rows == names.IGNORED).all()
             continue
-        found = [points[row]["name"] for row in rows]
-        if len(found) == 2:
-            assert found[0].startswith("left_")
-            assert found[1] == found[0].replace("left_", "right_")
+        resolved = [points[row]["name"] for row in rows]
+        if len(resolved) == 2:
+            assert resolved[0].startswith("left_")
+            assert resolved[1] == resolved[0].replace("left_", "right_")
         else:
-            assert not found[0].startswith(("left_", "right_"))
+            assert not resolved[0].startswith(("left_", "right_"))
 
 
 def test_names_mean_what_they_say() -> None:

@@ -1,4 +1,4 @@
-"""The shape space: places, lengths, stature and volume of shape parameters, and shapes found from lengths."""
+"""The shape space: places, lengths, stature and volume of shape parameters, and shapes fitted to lengths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import trimesh
 
 from simrecon import body as bodies
 from simrecon import prior, resources
-from simrecon.body import shape, shaped, sizes
+from simrecon.body import shape, shape_fit, shaped, sizes
 from simrecon.body.skeleton import t_pose_m, template
 from simrecon.errors import InputError
 from simrecon.geometry import rotations
@@ -80,7 +80,7 @@ def test_volume_is_that_of_a_closed_mesh() -> None:
 
 @pytest.mark.parametrize(("height_m", "mass_kg"), [(1.55, 50.0), (1.75, 70.0), (1.90, 105.0)])
 def test_fit_recovers_lengths_height_and_mass(height_m: float, mass_kg: float) -> None:
-    betas = shape.fit({}, height_m=height_m, mass_kg=mass_kg)
+    betas = shape_fit.fit({}, height_m=height_m, mass_kg=mass_kg)
     assert shape.stature_m(betas) == pytest.approx(height_m, abs=0.01)
     assert shaped.make(betas).mass_kg == pytest.approx(mass_kg, rel=0.06)
     assert np.abs(betas).max() < 3
@@ -88,12 +88,12 @@ def test_fit_recovers_lengths_height_and_mass(height_m: float, mass_kg: float) -
 
 def test_fit_finds_the_lengths_of_a_known_shape() -> None:
     truth = bodies.measure_template(shape.skeleton(BETAS))
-    found = bodies.measure_template(shape.skeleton(shape.fit(truth)))
+    fitted = bodies.measure_template(shape.skeleton(shape_fit.fit(truth)))
     mean = bodies.measure_template(shape.skeleton(np.zeros(10)))
-    error = np.array([abs(np.log(found[name] / truth[name])) for name in truth])
+    error = np.array([abs(np.log(fitted[name] / truth[name])) for name in truth])
     before = np.array([abs(np.log(mean[name] / truth[name])) for name in truth])
     assert error.mean() < 0.35 * before.mean()
-    np.testing.assert_allclose(shape.fit({}), 0.0, atol=1e-6)
+    np.testing.assert_allclose(shape_fit.fit({}), 0.0, atol=1e-6)
 
 
 def test_lengths_of_evidence_are_those_that_fit_takes() -> None:
@@ -152,12 +152,12 @@ def test_bodies_of_all_shapes_stand_without_touching_themselves(beta: tuple[floa
 
 
 def test_primitives_follow_a_skeleton_of_other_lengths() -> None:
-    made = shaped.make(BETAS, height_m=1.75)
-    tree = bodies.scaled(bodies.measure_template(made.skeleton) | {"thigh": 0.5}, 1.75)
+    person = shaped.make(BETAS, height_m=1.75)
+    tree = bodies.scaled(bodies.measure_template(person.skeleton) | {"thigh": 0.5}, 1.75)
     parts = {p.name: p for p in bodies.build(tree, height_m=1.75, mass_kg=70.0, betas=BETAS).primitives}
     own = {p.name: p for p in bodies.build(height_m=1.75, mass_kg=70.0, betas=BETAS).primitives}
     bone = tree.offsets_m[tree.names.index("left_knee")]
-    ratio = np.linalg.norm(bone) / np.linalg.norm(made.skeleton.offsets_m[tree.names.index("left_knee")])
+    ratio = np.linalg.norm(bone) / np.linalg.norm(person.skeleton.offsets_m[tree.names.index("left_knee")])
     np.testing.assert_allclose(parts["left_thigh"].points_m[:, 2], own["left_thigh"].points_m[:, 2] * ratio)
     np.testing.assert_allclose(parts["left_thigh"].size_m, own["left_thigh"].size_m)
     heel, toe = (tree.point_offsets_m[tree.point_names.index(f"left_{end}")] for end in ("heel", "toe"))

@@ -26,9 +26,9 @@ def test_a_body_that_moves_as_a_whole_is_not_bent() -> None:
     shift = np.array([[1.0, 2.0, 0.5], [0.0, 0.0, -1.0]])
     placed = np.einsum("tij,sj->tsi", turns, origins) + shift[:, None]
     rows = np.array([0, 5, 100, 2000])
-    found = skin.posed(space, BETAS, placed, turns[:, None] @ axes, rows=rows)
+    posed = skin.posed(space, BETAS, placed, turns[:, None] @ axes, rows=rows)
     expected = np.einsum("tij,vj->tvi", turns, space.vertices_m(BETAS)[rows]) + shift[:, None]
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_allclose(posed, expected, atol=1e-12)
 
 
 def test_a_raised_forearm_moves_the_hand_and_not_the_foot() -> None:

@@ -51,9 +51,9 @@ def test_exp_is_a_unit_quaternion_of_any_angle(angle: float, axis: Array) -> Non
 
 @given(quats)
 def test_matrix_and_back(q: Array) -> None:
-    found = rotations.from_matrix(rotations.matrix(q))
-    assert found[0] >= 0
-    np.testing.assert_allclose(found * np.sign(found @ q), q, atol=1e-12)
+    quat = rotations.from_matrix(rotations.matrix(q))
+    assert quat[0] >= 0
+    np.testing.assert_allclose(quat * np.sign(quat @ q), q, atol=1e-12)
 
 
 @pytest.mark.parametrize("axis", np.eye(3))
@@ -82,9 +82,9 @@ def test_skew_is_the_cross_product(a: Array, b: Array) -> None:
 
 
 def test_canonical_has_unit_length_and_positive_w() -> None:
-    found = rotations.canonical([[-2.0, 0.0, 0.0, 2.0], [0.0, 3.0, 0.0, 0.0]])
+    quats = rotations.canonical([[-2.0, 0.0, 0.0, 2.0], [0.0, 3.0, 0.0, 0.0]])
     half = math.sqrt(0.5)
-    np.testing.assert_allclose(found, [[half, 0.0, 0.0, -half], [0.0, 1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(quats, [[half, 0.0, 0.0, -half], [0.0, 1.0, 0.0, 0.0]])
 
 
 @given(rotvecs, axes)
@@ -136,13 +136,13 @@ def test_alignment_recovers_a_rotation(q: Array) -> None:
 
 def test_alignment_never_reflects(rng: np.random.Generator) -> None:
     source = rng.normal(size=(20, 6, 3))
-    found = rotations.align(source, source * [1.0, 1.0, -1.0])
-    np.testing.assert_allclose(np.linalg.det(found), 1.0)
+    rotation = rotations.align(source, source * [1.0, 1.0, -1.0])
+    np.testing.assert_allclose(np.linalg.det(rotation), 1.0)
     np.testing.assert_allclose(
-        found @ np.swapaxes(found, -1, -2), np.broadcast_to(np.eye(3), (20, 3, 3)), atol=1e-12
+        rotation @ np.swapaxes(rotation, -1, -2), np.broadcast_to(np.eye(3), (20, 3, 3)), atol=1e-12
     )
     # the mirrored direction is the one that the proper rotation gives up: no other rotation is nearer
-    residual = np.sum((source @ np.swapaxes(found, -1, -2) - source * [1.0, 1.0, -1.0]) ** 2, axis=(1, 2))
+    residual = np.sum((source @ np.swapaxes(rotation, -1, -2) - source * [1.0, 1.0, -1.0]) ** 2, axis=(1, 2))
     for other in rotations.matrix(rotations.exp(rng.normal(size=(50, 1, 3)))):
         assert (
             np.sum((source @ np.swapaxes(other, -1, -2) - source * [1.0, 1.0, -1.0]) ** 2, (1, 2))

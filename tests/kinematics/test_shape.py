@@ -21,7 +21,7 @@ def clip() -> Evidence:
     return resample(replace(clip, mass_kg=60.0))[0]
 
 
-def fitted(clip: Evidence, request: bodies.Wanted | None, *, poses: bool = True) -> KinematicFit:
+def fitted(clip: Evidence, request: bodies.ShapeRequest | None, *, poses: bool = True) -> KinematicFit:
     room = scene.read(resources.folder("example") / "beam.toml")
     settings = replace(plan.read("quick").kinematics, evaluations=30, poses=poses)
     return kinematics.fit(clip, room, settings, request)
@@ -29,7 +29,7 @@ def fitted(clip: Evidence, request: bodies.Wanted | None, *, poses: bool = True)
 
 def test_given_betas_make_the_body(clip: Evidence) -> None:
     betas = np.array([-0.5, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    fit = fitted(replace(clip, height_m=1.75), bodies.Wanted(betas))
+    fit = fitted(replace(clip, height_m=1.75), bodies.ShapeRequest(betas))
     np.testing.assert_array_equal(fit.body.betas, betas)
     assert fit.body.height_m == pytest.approx(1.75, rel=0.05)
     assert mujoco.MjModel.from_xml_string(fit.body.mjcf).body_mass.sum() == pytest.approx(60.0, abs=1e-6)
@@ -39,12 +39,12 @@ def test_given_betas_make_the_body(clip: Evidence) -> None:
 
 
 def test_the_shape_is_found_from_the_evidence(clip: Evidence) -> None:
-    fit = fitted(clip, bodies.Wanted(distribution="heavy_head"))
+    fit = fitted(clip, bodies.ShapeRequest(distribution="heavy_head"))
     assert np.abs(fit.body.betas).max() > 0.05
     head = sum(part.mass_kg for part in fit.body.primitives if part.segment == "head")
     assert head / fit.body.mass_kg == pytest.approx(0.4, abs=1e-5)
     # without a search, which may change lengths: the measured ones are those of either body
-    fit, before = (fitted(clip, request, poses=False) for request in (bodies.Wanted(), None))
+    fit, before = (fitted(clip, request, poses=False) for request in (bodies.ShapeRequest(), None))
     assert len(before.body.betas) == 0
     measured = bodies.measure_template(fit.body.skeleton)
     ratio = [measured[n] / value for n, value in bodies.measure_template(before.body.skeleton).items()]

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simrecon.optim.cmaes import CMAES, Covariance, strategy
+from simrecon.optim.cmaes import CMAES
+from simrecon.optim.covariance import Covariance
+from simrecon.optim.strategy import strategy
 from simrecon.types import Array
 
 Function = Callable[[Array], Array]

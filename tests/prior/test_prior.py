@@ -13,7 +13,7 @@ from simrecon import body as bodies
 from simrecon import plan, prior, resources
 from simrecon.errors import InputError, SimreconError
 from simrecon.geometry import rotations
-from simrecon.prior.flow import flow
+from simrecon.prior.flow_file import flow
 from simrecon.types import Array, Skeleton
 
 
@@ -25,18 +25,18 @@ def t_pose_rotation(skeleton: Skeleton, mean_rad: Array, name: str) -> Array:
 
 
 def test_the_mean_pose_is_usual_and_a_spread_away_is_one() -> None:
-    found = prior.gaussian(bodies.template())
-    np.testing.assert_allclose(found.latent(rotations.exp(found.mean_rad)), 0.0, atol=1e-12)
-    z = found.latent(rotations.exp(found.mean_rad + found.spread_rad))
+    gaussian = prior.gaussian(bodies.template())
+    np.testing.assert_allclose(gaussian.latent(rotations.exp(gaussian.mean_rad)), 0.0, atol=1e-12)
+    z = gaussian.latent(rotations.exp(gaussian.mean_rad + gaussian.spread_rad))
     np.testing.assert_allclose(z, 1.0, atol=1e-9)
 
 
 def test_codes_are_batched_over_leading_axes(rng: np.random.Generator) -> None:
-    found = prior.gaussian(bodies.template())
+    gaussian = prior.gaussian(bodies.template())
     rotvecs = rng.uniform(-0.5, 0.5, (2, 3, 16, 3))
-    z = found.latent(rotations.exp(rotvecs))
+    z = gaussian.latent(rotations.exp(rotvecs))
     assert z.shape == (2, 3, 48)
-    expected = (rotvecs - found.mean_rad) / found.spread_rad
+    expected = (rotvecs - gaussian.mean_rad) / gaussian.spread_rad
     np.testing.assert_allclose(z, expected.reshape(2, 3, 48), atol=1e-9)
 
 
@@ -50,10 +50,10 @@ def test_the_mean_is_a_relaxed_stance() -> None:
 
 def test_the_mean_is_within_the_limits_and_spreads_follow_the_ranges() -> None:
     skeleton = bodies.template()
-    found = prior.gaussian(skeleton)
+    gaussian = prior.gaussian(skeleton)
     low, high = skeleton.limits_rad[..., 0], skeleton.limits_rad[..., 1]
-    assert ((low < found.mean_rad) & (found.mean_rad < high)).all()
-    np.testing.assert_allclose(found.spread_rad, 0.25 * (high - low))
+    assert ((low < gaussian.mean_rad) & (gaussian.mean_rad < high)).all()
+    np.testing.assert_allclose(gaussian.spread_rad, 0.25 * (high - low))
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +71,8 @@ MODELS = tuple(plan.PRIORS)
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_plan_names_a_prior(model: str) -> None:
-    made = prior.make(model, bodies.template())
-    z = made.latent(rotations.exp(np.zeros((2, 16, 3))))
+    chosen = prior.make(model, bodies.template())
+    z = chosen.latent(rotations.exp(np.zeros((2, 16, 3))))
     assert z.shape == (2, 48)
     np.testing.assert_allclose(z[0], z[1])
 
@@ -84,21 +84,21 @@ def test_an_unknown_prior_is_refused() -> None:
 
 def slopes(function: Callable[[Array], Array], at: Array) -> Array:
     """Central differences by every component."""
-    found = np.empty_like(at)
+    slope = np.empty_like(at)
     for i in np.ndindex(at.shape):
         step = np.zeros_like(at)
         step[i] = 1e-6
-        found[i] = (function(at + step)[i[0]] - function(at - step)[i[0]]) / 2e-6
-    return found
+        slope[i] = (function(at + step)[i[0]] - function(at - step)[i[0]]) / 2e-6
+    return slope
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_the_gradient_of_the_squared_norm_is_that_of_finite_differences(model: str, poses: Array) -> None:
-    made = prior.make(model, bodies.template())
-    value, gradient = made.squared(poses[:2])
-    expected = slopes(lambda v: made.squared(v)[0], poses[:2])
+    chosen = prior.make(model, bodies.template())
+    value, gradient = chosen.squared(poses[:2])
+    expected = slopes(lambda v: chosen.squared(v)[0], poses[:2])
     np.testing.assert_allclose(gradient, expected, atol=1e-6 * np.abs(expected).max())
-    length = np.linalg.norm(made.latent(rotations.exp(poses[:2])), axis=-1)
+    length = np.linalg.norm(chosen.latent(rotations.exp(poses[:2])), axis=-1)
     np.testing.assert_allclose(value, length**2, rtol=1e-4)
 
 
@@ -196,8 +196,8 @@ def test_poses_that_nobody_takes_are_unusual(learned: prior.Flow) -> None:
         pose = relaxed.copy()
         if name is not None:
             i = skeleton.names.index(name)
-            wanted = rotations.exp(np.radians(turn))
-            pose[i - 1] = rotations.log(rotations.multiply(rotations.conjugate(skeleton.rest[i]), wanted))
+            bent = rotations.exp(np.radians(turn))
+            pose[i - 1] = rotations.log(rotations.multiply(rotations.conjugate(skeleton.rest[i]), bent))
         return float(np.sqrt(learned.squared(pose)[0]))
 
     usual = norm()

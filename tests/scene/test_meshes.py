@@ -12,7 +12,7 @@ import trimesh
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.scene import meshes
+from simrecon.scene import mesh_shapes, meshes
 from simrecon.types import Scene
 
 BODY = """
@@ -25,9 +25,9 @@ NEEDS_COACD = pytest.mark.skipif(
 
 
 def scene_of(folder: Path, mesh: trimesh.Trimesh, suffix: str = ".stl", **values: object) -> Scene:
-    mesh.export(folder / f"thing{suffix}")
+    mesh.export(folder / f"shape{suffix}")
     lines = "\n".join(f"{key} = {value!r}" for key, value in values.items())
-    text = f'[[item]]\nname = "m"\nkind = "mesh"\nposition_m = [0, 0, 0]\nfile = "thing{suffix}"\n{lines}\n'
+    text = f'[[item]]\nname = "m"\nkind = "mesh"\nposition_m = [0, 0, 0]\nfile = "shape{suffix}"\n{lines}\n'
     path = folder / "scene.toml"
     path.write_text(text, encoding="utf-8")
     return scenes.read(path)
@@ -65,8 +65,8 @@ def test_a_hull_stands_on_the_floor(tmp_path: Path) -> None:
     cone.apply_translation([3, 4, 5])
     scene = scene_of(tmp_path, cone, scale=2.0)
     assert tops(scene, [(0.01, 0), (0.5, 0), (1.5, 0)]) == pytest.approx([2.0, 1.0, 0.0], abs=0.04)
-    found = scenes.support_height(scene, np.array([[0, 0], [0.5, 0], [1.5, 0]]))
-    np.testing.assert_allclose(found, [2.0, 1.0, 0.0], atol=0.03)
+    heights = scenes.support_height(scene, np.array([[0, 0], [0.5, 0], [1.5, 0]]))
+    np.testing.assert_allclose(heights, [2.0, 1.0, 0.0], atol=0.03)
     apart, normal = scenes.distances(scene, np.array([[0.0, 0.0, 2.3], [0.0, 0.0, 0.1]]))
     assert apart[1, 0] == pytest.approx(0.3 / np.sqrt(5), abs=0.02)
     assert apart[1, 1] == pytest.approx(-0.1, abs=0.01)
@@ -125,14 +125,14 @@ def test_a_hundred_thousand_triangles(tmp_path: Path, fine: trimesh.Trimesh, met
     assert len(fine.faces) > 100_000
     scene = scene_of(tmp_path, fine, ".ply", method=method)
     assert tops(scene, [(0, 0)]) == pytest.approx([1.0], abs=0.02)
-    said = meshes.note(scene.items[0], scene.folder)
-    assert said.startswith(f"{len(fine.faces)} triangles, ")
-    assert ("64 vertices" in said) == (method == "hull")
+    note = meshes.note(scene.items[0], scene.folder)
+    assert note.startswith(f"{len(fine.faces)} triangles, ")
+    assert ("64 vertices" in note) == (method == "hull")
 
 
 def test_simplification_keeps_the_shape(fine: trimesh.Trimesh) -> None:
-    vertices, faces = meshes.simplified(np.asarray(fine.vertices), np.asarray(fine.faces))
-    assert len(faces) <= meshes.MAX_TRIANGLES
+    vertices, faces = mesh_shapes.simplified(np.asarray(fine.vertices), np.asarray(fine.faces))
+    assert len(faces) <= mesh_shapes.MAX_TRIANGLES
     np.testing.assert_allclose(np.linalg.norm(vertices[np.unique(faces)], axis=1), 0.5, atol=0.01)
 
 

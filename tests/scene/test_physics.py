@@ -8,7 +8,7 @@ import pytest
 
 from simrecon import scene as scenes
 from simrecon.bench import statics
-from simrecon.scene import parts
+from simrecon.scene import sheets
 from simrecon.types import Array, Friction, Ground, Scene, SceneItem
 
 GRAVITY = 9.81
@@ -29,26 +29,26 @@ def block(mass_kg: float, height_m: float) -> str:
 """
 
 
-def made(scene: Scene, mass_kg: float, timestep_s: float, height_m: float = 0.0) -> mujoco.MjModel:
+def built(scene: Scene, mass_kg: float, timestep_s: float, height_m: float = 0.0) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(scenes.build(block(mass_kg, height_m), scene, timestep_s))
 
 
 def sinks(model: mujoco.MjModel, duration_s: float, height_m: float = 0.0) -> Array:
     """How far the block's underside is below its height at rest, after every step."""
     data = mujoco.MjData(model)
-    found = []
+    depths = []
     for _ in range(round(duration_s / model.opt.timestep)):
         mujoco.mj_step(model, data)
-        found.append(height_m + HALF_M - data.qpos[2])
-    return np.array(found)
+        depths.append(height_m + HALF_M - data.qpos[2])
+    return np.array(depths)
 
 
 def soft(stiffness: float, damping: float) -> Scene:
     return Scene(Ground(stiffness_Npm=stiffness, damping_Nspm=damping))
 
 
-def thing(kind: str, mass_kg: float | None = None, **given: object) -> SceneItem:
-    text = {"name": "thing", "kind": kind, "position_m": [0.0, 0.0, 0.0], **given}
+def item_of(kind: str, mass_kg: float | None = None, **options: object) -> SceneItem:
+    text = {"name": "piece", "kind": kind, "position_m": [0.0, 0.0, 0.0], **options}
     if mass_kg is not None:
         text["mass_kg"] = mass_kg
     return scenes.item(text, "test:")
@@ -59,8 +59,8 @@ def thing(kind: str, mass_kg: float | None = None, **given: object) -> SceneItem
 @pytest.mark.parametrize("stiffness", [5e3, 2e4, 1e5])
 def test_a_block_sinks_by_weight_over_stiffness(stiffness: float, mass_kg: float, timestep_s: float) -> None:
     damping = 0.7 * 2 * np.sqrt(stiffness * mass_kg)
-    found = sinks(made(soft(stiffness, damping), mass_kg, timestep_s), 3.0)
-    assert found[-1] == pytest.approx(mass_kg * GRAVITY / stiffness, rel=0.02)
+    depths = sinks(built(soft(stiffness, damping), mass_kg, timestep_s), 3.0)
+    assert depths[-1] == pytest.approx(mass_kg * GRAVITY / stiffness, rel=0.02)
 
 
 @pytest.mark.parametrize("timestep_s", [0.004, 0.012])
@@ -72,27 +72,27 @@ def test_a_block_bounces_as_a_damped_oscillator(
     mass_kg: float, stiffness: float, damping: float, timestep_s: float
 ) -> None:
     """Put down without speed it swings about its rest without leaving the floor."""
-    given = {
+    options = {
         "mass_kg": mass_kg,
         "stiffness_Npm": stiffness,
         "damping_Nspm": damping,
         "timestep_s": timestep_s,
     }
-    for said in (statics.period(**given), statics.decay(**given)):
-        assert said.measured == pytest.approx(said.expected, rel=0.03)
+    for result in (statics.period(**options), statics.decay(**options)):
+        assert result.measured == pytest.approx(result.expected, rel=0.03)
 
 
 def dropped(mass_kg: float, stiffness: float, damping: float, times_s: Array, height_m: float) -> Array:
     """Height of a body dropped on a spring and damper that can't pull, by small steps."""
     height, speed, fine = height_m, 0.0, 1e-5
-    found = []
+    heights = []
     for k in range(round(times_s[-1] / fine)):
         force = max(0.0, -stiffness * height - damping * speed) if height < 0 else 0.0
         speed += fine * (force / mass_kg - GRAVITY)
         height += fine * speed
         if k % 100 == 99:
-            found.append(height)
-    return np.interp(times_s, 1e-3 * np.arange(1, len(found) + 1), found)
+            heights.append(height)
+    return np.interp(times_s, 1e-3 * np.arange(1, len(heights) + 1), heights)
 
 
 def test_a_stiff_floor_swings_right_at_small_steps() -> None:
@@ -101,50 +101,50 @@ def test_a_stiff_floor_swings_right_at_small_steps() -> None:
 
 
 def test_a_dropped_block_comes_back_as_the_formula_says() -> None:
-    found = 0.2 - sinks(made(soft(2e4, 150.0), 70.0, 0.004, 0.2), 1.6, 0.2)
-    times = 0.004 * np.arange(1, len(found) + 1)
+    heights = 0.2 - sinks(built(soft(2e4, 150.0), 70.0, 0.004, 0.2), 1.6, 0.2)
+    times = 0.004 * np.arange(1, len(heights) + 1)
     expected = dropped(70.0, 2e4, 150.0, times, 0.2)
     for start, within in ((100, 0.03), (225, 0.1)):  # after the first and the second landing
-        here, there = found[start : start + 100], expected[start : start + 100]
+        here, there = heights[start : start + 100], expected[start : start + 100]
         assert here.max() == pytest.approx(there.max(), rel=within)
         assert here.argmax() == pytest.approx(there.argmax(), abs=3)
-    assert found.min() == pytest.approx(expected.min(), rel=0.03)
+    assert heights.min() == pytest.approx(expected.min(), rel=0.03)
 
 
 def test_damping_below_what_is_stable_stays_stable() -> None:
-    found = sinks(made(soft(1e6, 0.0), 70.0, 0.012), 4.0)
-    assert np.isfinite(found).all()
-    assert np.abs(found[-100:] - 70 * GRAVITY / 1e6).max() < 1e-3
+    depths = sinks(built(soft(1e6, 0.0), 70.0, 0.012), 4.0)
+    assert np.isfinite(depths).all()
+    assert np.abs(depths[-100:] - 70 * GRAVITY / 1e6).max() < 1e-3
 
 
 def test_a_mat_sinks_by_pressure_over_stiffness() -> None:
-    mat = thing("mat", stiffness_Npm3=3e5, damping_Nspm3=1e4, tile_m=0.1, length_m=1.0, width_m=1.0)
-    found = sinks(made(Scene(items=(mat,)), 60.0, 0.01, 0.2), 2.0, 0.2)
+    mat = item_of("mat", stiffness_Npm3=3e5, damping_Nspm3=1e4, tile_m=0.1, length_m=1.0, width_m=1.0)
+    depths = sinks(built(Scene(items=(mat,)), 60.0, 0.01, 0.2), 2.0, 0.2)
     # the block's 0.3 m reach over four tiles of 0.1 m along each side
     share = 16 * 0.01
-    assert found[-1] == pytest.approx(60 * GRAVITY / (3e5 * share), rel=0.02)
+    assert depths[-1] == pytest.approx(60 * GRAVITY / (3e5 * share), rel=0.02)
 
 
 def test_a_mat_bottoms_out() -> None:
-    mat = thing("mat", stiffness_Npm3=1e4, damping_Nspm3=1e4, height_m=0.1)
-    found = sinks(made(Scene(items=(mat,)), 200.0, 0.01, 0.1), 3.0, 0.1)
-    assert found[-1] == pytest.approx(0.095, abs=0.01)
+    mat = item_of("mat", stiffness_Npm3=1e4, damping_Nspm3=1e4, height_m=0.1)
+    depths = sinks(built(Scene(items=(mat,)), 200.0, 0.01, 0.1), 3.0, 0.1)
+    assert depths[-1] == pytest.approx(0.095, abs=0.01)
 
 
 @pytest.mark.parametrize("factor", [1.0, 4.0, 16.0])
 def test_a_trampoline_is_as_stiff_as_it_says(factor: float) -> None:
-    bed = thing("trampoline", stiffness_Npm=5e3 * factor, damping_Nspm=1e3 * np.sqrt(factor))
-    model = made(Scene(items=(bed,)), 70.0, 0.008, 1.155)
-    found = sinks(model, 4.0, 1.155)
+    bed = item_of("trampoline", stiffness_Npm=5e3 * factor, damping_Nspm=1e3 * np.sqrt(factor))
+    model = built(Scene(items=(bed,)), 70.0, 0.008, 1.155)
+    depths = sinks(model, 4.0, 1.155)
     # 7 tiles of 0.306 m: the block of 0.3 m stands on the middle one
-    assert found[-1] == pytest.approx(70 * GRAVITY / (5e3 * factor), rel=0.1)
+    assert depths[-1] == pytest.approx(70 * GRAVITY / (5e3 * factor), rel=0.1)
 
 
 def test_a_stiffer_trampoline_gives_way_less_and_throws_sooner() -> None:
     deepest, back, up = [], [], []
     for factor in (1.0, 4.0, 16.0):
-        bed = thing("trampoline", stiffness_Npm=5e3 * factor, damping_Nspm=60.0 * np.sqrt(factor))
-        heights = 1.155 - sinks(made(Scene(items=(bed,)), 70.0, 0.004, 1.655), 2.0, 1.155)
+        bed = item_of("trampoline", stiffness_Npm=5e3 * factor, damping_Nspm=60.0 * np.sqrt(factor))
+        heights = 1.155 - sinks(built(Scene(items=(bed,)), 70.0, 0.004, 1.655), 2.0, 1.155)
         landed = int(np.argmax(heights < 1.155))
         lowest = landed + int(np.argmin(heights[landed : landed + 150]))
         deepest.append(1.155 - heights[lowest])
@@ -156,7 +156,7 @@ def test_a_stiffer_trampoline_gives_way_less_and_throws_sooner() -> None:
 
 
 def test_the_membrane_is_the_discrete_poisson_problem() -> None:
-    sheet = parts.sheet(thing("trampoline"))
+    sheet = sheets.sheet_of(item_of("trampoline"))
     assert sheet is not None
     matrix = sheet.matrix()
     np.testing.assert_allclose(matrix, matrix.T)
@@ -169,22 +169,22 @@ def test_the_membrane_is_the_discrete_poisson_problem() -> None:
 
 def test_things_move_only_with_a_mass() -> None:
     for mass in (None, 5.0):
-        item = thing("box", mass, size_m=[0.4, 0.4, 0.4])
-        model = made(Scene(items=(item,)), 20.0, 0.005, 0.4)
+        item = item_of("box", mass, size_m=[0.4, 0.4, 0.4])
+        model = built(Scene(items=(item,)), 20.0, 0.005, 0.4)
         data = mujoco.MjData(model)
         data.qvel[0] = 3.0  # the block slides over it and drags it along
         mujoco.mj_step(model, data, 100)
-        x = data.geom("item/thing").xpos[0]
+        x = data.geom("item/piece").xpos[0]
         assert (abs(x) > 0.01) == (mass is not None)
 
 
 @pytest.mark.parametrize("kind", ["box", "table", "chair", "ramp", "ball"])
 def test_movable_things_have_their_mass_and_rest_on_the_floor(kind: str) -> None:
-    given = {"size_m": [0.5, 0.4, 0.3]} if kind == "box" else {}
-    item = thing(kind, 8.0, friction_torsional_m=0.01, friction_rolling_m=0.001, **given)
+    options = {"size_m": [0.5, 0.4, 0.3]} if kind == "box" else {}
+    item = item_of(kind, 8.0, friction_torsional_m=0.01, friction_rolling_m=0.001, **options)
     scene = Scene(items=(SceneItem(**{**vars(item), "position_m": (2.0, 0.0, 0.0)}),))
-    model = made(scene, 20.0, 0.005)
-    assert model.body("item/thing").subtreemass[0] == pytest.approx(8.0)
+    model = built(scene, 20.0, 0.005)
+    assert model.body("item/piece").subtreemass[0] == pytest.approx(8.0)
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 300)
     np.testing.assert_allclose(data.qpos[7:10], [2.0, 0.0, 0.0], atol=0.01)
@@ -193,7 +193,7 @@ def test_movable_things_have_their_mass_and_rest_on_the_floor(kind: str) -> None
 def test_friction_decides_whether_a_block_slides_down_a_slope() -> None:
     for friction, slides in ((0.2, True), (0.5, False)):
         ground = Ground(0.3, Friction(friction), slope_rad=0.3, slope_yaw_rad=np.pi / 2)
-        model = made(Scene(ground), 20.0, 0.004, 0.3)
+        model = built(Scene(ground), 20.0, 0.004, 0.3)
         data = mujoco.MjData(model)
         data.qpos[3:7] = np.cos(0.15), np.sin(0.15), 0, 0  # it rises towards +y
         mujoco.mj_step(model, data, 250)
@@ -206,15 +206,15 @@ def test_friction_decides_whether_a_block_slides_down_a_slope() -> None:
 
 @pytest.mark.parametrize("rolling", [None, 0.01])
 def test_rolling_friction_stops_a_ball(rolling: float | None) -> None:
-    given = {} if rolling is None else {"friction_torsional_m": 0.005, "friction_rolling_m": rolling}
-    ball = thing("ball", 2.0, **given)
-    ground = Ground(friction=Friction(0.9, *(given.values())))
-    model = made(Scene(ground, (SceneItem(**{**vars(ball), "position_m": (5.0, 0.0, 0.0)}),)), 20.0, 0.005)
+    options = {} if rolling is None else {"friction_torsional_m": 0.005, "friction_rolling_m": rolling}
+    ball = item_of("ball", 2.0, **options)
+    ground = Ground(friction=Friction(0.9, *(options.values())))
+    model = built(Scene(ground, (SceneItem(**{**vars(ball), "position_m": (5.0, 0.0, 0.0)}),)), 20.0, 0.005)
     data = mujoco.MjData(model)
     data.qvel[10] = 1.0 / 0.11  # about the point that touches the floor
     mujoco.mj_step(model, data, 200)
     loss = 0.0 if rolling is None else 5 / 7 * GRAVITY * rolling / 0.11  # m/s in a second
-    assert data.geom("item/thing").xpos[0] - 5.0 == pytest.approx(1.0 - loss / 2, rel=0.05)
+    assert data.geom("item/piece").xpos[0] - 5.0 == pytest.approx(1.0 - loss / 2, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -222,9 +222,9 @@ def test_rolling_friction_stops_a_ball(rolling: float | None) -> None:
 )
 def test_support_and_distance_agree_with_the_simulator(kind: str, rng: np.random.Generator) -> None:
     """A ray from above hits what `support_height` says; `distances` is zero there."""
-    item = SceneItem(**{**vars(thing(kind, yaw_rad=0.4)), "position_m": (0.3, -0.2, 0.1)})
+    item = SceneItem(**{**vars(item_of(kind, yaw_rad=0.4)), "position_m": (0.3, -0.2, 0.1)})
     scene = Scene(items=(item,))
-    model = made(scene, 20.0, 0.005, 50.0)
+    model = built(scene, 20.0, 0.005, 50.0)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     xy = [0.3, -0.2] + rng.uniform(-1, 1, (150, 2)) * (0.13 if kind == "ball" else 1.3)

@@ -143,7 +143,7 @@ def test_files_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     scenes.write(scenes.parse(TEXT), path)
     assert scenes.read(path) == scenes.parse(TEXT)
-    assert [found.name for found in tmp_path.iterdir()] == ["scene.toml"]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
 @pytest.mark.parametrize(
@@ -299,8 +299,8 @@ BLOCK = Scene(Ground(-0.2), (block("b", (1, 0, 0), (0.4, 1.0, 0.5), math.pi / 2)
     ],
 )
 def test_distances(point: tuple[float, ...], ground: float, item: float) -> None:
-    found, _ = scenes.distances(BLOCK, np.array(point, float))
-    np.testing.assert_allclose(found, [ground, item], atol=1e-12)
+    apart, _ = scenes.distances(BLOCK, np.array(point, float))
+    np.testing.assert_allclose(apart, [ground, item], atol=1e-12)
 
 
 def test_distances_have_their_gradients(rng: np.random.Generator) -> None:
@@ -314,12 +314,12 @@ def test_distances_have_their_gradients(rng: np.random.Generator) -> None:
 
 
 def test_far_frames_of_things_are_left_out() -> None:
-    things = (
+    items = (
         block("a", (0, 0, 0), (1, 1, 1)),
         block("b", (5, 0, 3), (1, 1, 1)),
         block("c", (9, 0, 0), (1, 1, 1)),
     )
-    scene = Scene(items=things)
+    scene = Scene(items=items)
     body = np.array([[[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]], [[0.3, 0.2, 1.5], [3.9, 0.3, 0.0]]])  # (G, T, 3)
     apart, normals = scenes.nearby(scene, body)
     exact, slopes = scenes.distances(scene, body)
@@ -330,9 +330,9 @@ def test_far_frames_of_things_are_left_out() -> None:
     np.testing.assert_array_equal(normals[2, :, 1], slopes[2, :, 1])
     assert np.isinf(apart[1, :, 1]).all()
     assert np.isinf(apart[2, :, 0]).all()
-    for found, expected in zip(
+    for near, expected in zip(
         scenes.nearby(scenes.parse(TEXT), body[:, :1]),
         scenes.distances(scenes.parse(TEXT), body[:, :1]),
         strict=True,
     ):
-        np.testing.assert_array_equal(found, expected)
+        np.testing.assert_array_equal(near, expected)

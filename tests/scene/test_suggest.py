@@ -55,7 +55,7 @@ def between(seconds: float, first: Array, last: Array) -> Array:
     return mixed
 
 
-def found(person: Body, scene: Scene, *pieces: Array) -> tuple[Suggestion, ...]:
+def suggested(person: Body, scene: Scene, *pieces: Array) -> tuple[Suggestion, ...]:
     qpos = np.concatenate(pieces)
     return suggest(person, scene, FRAME_S * np.arange(len(qpos)), qpos)
 
@@ -66,7 +66,7 @@ def sitting_down(person: Body) -> tuple[Array, ...]:
 
 
 def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
-    (seat,) = found(person, Scene(), *sitting_down(person))
+    (seat,) = suggested(person, Scene(), *sitting_down(person))
     assert seat.item.name == "seat"
     assert seat.item.kind == "chair"
     assert seat.item.parameters["back"] is False
@@ -89,8 +89,8 @@ def test_a_pelvis_at_rest_needs_a_seat(person: Body) -> None:
 
 
 def test_nothing_is_suggested_where_a_seat_is_known(person: Body) -> None:
-    (seat,) = found(person, Scene(), *sitting_down(person))
-    assert found(person, Scene(items=(seat.item,)), *sitting_down(person)) == ()
+    (seat,) = suggested(person, Scene(), *sitting_down(person))
+    assert suggested(person, Scene(items=(seat.item,)), *sitting_down(person)) == ()
 
 
 def test_standing_walking_and_lying_on_the_floor_need_nothing(person: Body) -> None:
@@ -99,15 +99,15 @@ def test_standing_walking_and_lying_on_the_floor_need_nothing(person: Body) -> N
     lying = pose(person, pitch=-np.pi / 2)
     lying[2] = 0.12
     squat = pose(person, flexed=1.2)
-    assert found(person, Scene(), held(1.0, up), walk) == ()
-    assert found(person, Scene(), held(2.0, lying)) == ()
-    assert found(person, Scene(), held(0.5, up), between(0.3, up, squat), between(0.3, squat, up)) == ()
+    assert suggested(person, Scene(), held(1.0, up), walk) == ()
+    assert suggested(person, Scene(), held(2.0, lying)) == ()
+    assert suggested(person, Scene(), held(0.5, up), between(0.3, up, squat), between(0.3, squat, up)) == ()
 
 
 def test_lying_at_a_height_needs_a_bed(person: Body) -> None:
     lying = pose(person, pitch=-np.pi / 2)
     lying[2] = 0.62
-    (bed,) = found(person, Scene(), held(2.0, lying))
+    (bed,) = suggested(person, Scene(), held(2.0, lying))
     assert bed.item.name == "bed"
     assert bed.item.parameters["size_m"][2] == pytest.approx(0.5, abs=0.05)
     assert bed.item.parameters["size_m"][0] == 2.0
@@ -118,7 +118,7 @@ def test_feet_in_a_row_over_the_floor_need_a_beam(person: Body) -> None:
     steps = [held(0.4, lift(narrow, x=0.6 * i, z=0.06)) for i in range(4)]
     moves = [between(0.2, steps[i][0], steps[i + 1][0]) for i in range(3)]
     pieces = [steps[0], *(piece for pair in zip(moves, steps[1:], strict=True) for piece in pair)]
-    (beam,) = found(person, Scene(), *pieces)
+    (beam,) = suggested(person, Scene(), *pieces)
     values = beam.item.parameters
     height = values["height_m"] if beam.item.kind == "beam" else values["size_m"][2]
     assert height == pytest.approx(0.06, abs=0.005)
@@ -131,7 +131,7 @@ def test_feet_in_a_row_over_the_floor_need_a_beam(person: Body) -> None:
 def test_a_step_is_where_the_feet_are_up(person: Body) -> None:
     up = pose(person)
     high = lift(up, x=0.5, z=0.2)
-    (step,) = found(person, Scene(), held(1.0, up), between(0.4, up, high), held(1.0, high))
+    (step,) = suggested(person, Scene(), held(1.0, up), between(0.4, up, high), held(1.0, high))
     scene = Scene(items=(step.item,))
     heights = scenes.support_height(scene, np.array([[0.55, 0.0], [0.0, 0.0]]))
     np.testing.assert_allclose(heights, [0.2, 0.0], atol=0.005)
@@ -141,7 +141,7 @@ def test_names_are_not_taken(person: Body) -> None:
     other = scenes.item(
         {"name": "seat", "kind": "box", "position_m": [9.0, 0.0, 0.0], "size_m": [1.0, 1.0, 1.0]}, "test:"
     )
-    (seat,) = found(person, Scene(items=(other,)), *sitting_down(person))
+    (seat,) = suggested(person, Scene(items=(other,)), *sitting_down(person))
     assert seat.item.name == "seat_2"
 
 

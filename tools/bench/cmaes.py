@@ -22,7 +22,8 @@ import numpy as np
 
 from simrecon import body as bodies
 from simrecon import scene as scenes
-from simrecon.optim.cmaes import CMAES, Covariance
+from simrecon.optim.cmaes import CMAES
+from simrecon.optim.covariance import Covariance
 from simrecon.sim.state import forward, initial_state
 from simrecon.types import Array, Scene
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon.body import shape
+from simrecon.body import shape, shape_fit
 from simrecon.drawing import canvas
 from simrecon.drawing.painter import Clip, Painter, View
 from simrecon.geometry import camera as cameras
@@ -34,7 +34,7 @@ def main() -> None:
 
 
 def _column(text: str, height_m: float, mass_kg: float) -> canvas.Image:
-    betas = shape.fit({}, height_m=height_m, mass_kg=mass_kg)
+    betas = shape_fit.fit({}, height_m=height_m, mass_kg=mass_kg)
     person = bodies.build(betas=betas, height_m=height_m, mass_kg=mass_kg)
     qpos = _standing(person, betas)
     model = mujoco.MjModel.from_xml_string(person.mjcf)

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simrecon.body import fitting, frames, pieces, shape, shaped, sizes, surface
-from simrecon.body.fitting import Target
+from simrecon.body import fitting, frames, pieces, shape, shaped_primitives, sizes, surface, targets
 from simrecon.body.skeleton import template
+from simrecon.body.targets import Target
 from simrecon.types import Array
 
 SAMPLES = 20000
@@ -41,7 +41,7 @@ def main() -> None:
     begin = time.perf_counter()
     while len(done) < len(betas) and time.perf_counter() - begin < options.seconds:
         b = betas[len(done)]
-        goals = fitting.targets(shape.space(), b)
+        goals = targets.of_shape(shape.space(), b)
         done = np.vstack((done, fitting.fit(goals, fitting.start(shape.stature_m(b)))))
     np.savez(options.direct, sizes=done)
     spent = time.perf_counter() - begin
@@ -58,7 +58,7 @@ def _by_part(betas: Array, direct: Array) -> None:
     apart: dict[str, list[float]] = {name: [] for name in layout.names}
     for b, one in zip(betas, direct, strict=True):
         fast = sizes.regress(b)
-        for name, goal in fitting.targets(shape.space(), b).items():
+        for name, goal in targets.of_shape(shape.space(), b).items():
             distances.setdefault(name, []).append((_eq9(name, goal, one), _eq9(name, goal, fast)))
         for i, name in enumerate(layout.names):
             points, area, _ = surface.samples(layout.kinds[i], sizes.values(fast)[i])
@@ -101,7 +101,7 @@ def _body_to_mesh(unseen: dict[str, Array], i: int, psi: Array) -> tuple[float, 
     skin = unseen["vertices_m"][i].astype(float)
     used = np.unique(faces)
     weight = pieces.vertex_areas(skin, faces)[used]
-    _, segments, kinds, values = shaped.both_sides(sizes.values(psi))
+    _, segments, kinds, values = shaped_primitives.both_sides(sizes.values(psi))
     parts = []
     for segment, kind, row in zip(segments, kinds, values, strict=True):
         s = names.index(segment)

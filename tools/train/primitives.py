@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from simrecon.body import fitting, pieces, shape, sizes
+from simrecon.body import fitting, pieces, shape, sizes, targets
 from simrecon.body.skeleton import template
 from simrecon.io import atomic
 from tools import CHECKOUT
@@ -82,7 +82,7 @@ def main() -> None:
 def _network(betas: int) -> tuple[torch.nn.Sequential, torch.optim.Adam]:
     torch.manual_seed(0)
     first = fitting.fit(
-        fitting.targets(shape.space(), np.zeros(betas)), fitting.start(shape.stature_m(np.zeros(betas)))
+        targets.of_shape(shape.space(), np.zeros(betas)), fitting.start(shape.stature_m(np.zeros(betas)))
     )
     net = torch.nn.Sequential(
         torch.nn.Linear(betas, 256), torch.nn.ReLU(), torch.nn.Linear(256, 256), torch.nn.ReLU(),

@@ -36,7 +36,7 @@ from zuko.distributions import NormalizingFlow as Density
 from simrecon import body as bodies
 from simrecon import prior
 from simrecon.io import atomic
-from simrecon.prior.flow import SCHEMA, from_arrays
+from simrecon.prior.flow_file import SCHEMA, from_arrays
 from simrecon.system.blas import one_thread
 from simrecon.types import Array
 from tools import CHECKOUT
@@ -250,7 +250,7 @@ class Trainer:
         return torch.relu(torch.abs(poses) - self.reach).square().sum(dim=-1).mean()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """As `simrecon.prior.flow` reads them: in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
+        """As `prior.flow_file` reads them: in the order s₁, a₁, s₂, a₂, whitening in the first layer."""
         order = self.order()
         turned = self.net.double().rotations()
         self.net.float()

@@ -1,0 +1,35 @@
+"""Supports that a motion needs where the scene has none: a seat, a bed, a beam, a step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from simrecon.scene.suggest.motion import measure
+from simrecon.scene.suggest.seats import under_pelvis
+from simrecon.scene.suggest.stands import under_feet
+from simrecon.scene.suggest.suggestion import Suggestion
+from simrecon.types import Array, Body, Scene
+
+__all__ = ["Suggestion", "suggest"]
+
+
+def suggest(person: Body, scene: Scene, times_s: Array, qpos: Array) -> tuple[Suggestion, ...]:
+    """Supports under a pelvis at rest, and under feet that stand over the floor.
+
+    Args:
+        person: whose motion it is.
+        scene: floor and items that are known already; nothing is suggested where they bear the person.
+        times_s: (T,) uniform.
+        qpos: (T, 7 + 4 * 16) kinematic motion, fitted without the items that are missing.
+    """
+    motion = measure(person, times_s, qpos)
+    suggestions = [*under_pelvis(motion, scene, person.height_m), *under_feet(motion, scene)]
+    taken = {item.name for item in scene.items}
+    named = []
+    for suggestion in suggestions:
+        name, count = suggestion.item.name, 2
+        while name in taken:
+            name, count = f"{suggestion.item.name}_{count}", count + 1
+        taken.add(name)
+        named.append(replace(suggestion, item=replace(suggestion.item, name=name)))
+    return tuple(named)
