@@ -27,12 +27,13 @@ if TYPE_CHECKING:
     from simrecon.results import Result, open_result
     from simrecon.running import run
     from simrecon.scene import read as read_scene
-    from simrecon.types import Camera, Evidence, Motion, Scene
+    from simrecon.types import Camera, Evidence, Lens, Motion, Scene
 
 __all__ = [
     "Camera",
     "Evidence",
     "Job",
+    "Lens",
     "Motion",
     "Observer",
     "Person",
@@ -57,6 +58,7 @@ _PLACES = {
     "Camera": "types",
     "Evidence": "types",
     "Job": "job",
+    "Lens": "types",
     "Motion": "types",
     "Observer": "observer",
     "Person": "job",

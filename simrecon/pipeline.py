@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simrecon import engines, kinematics, planners, replay, schedule
+from simrecon.body import ShapeRequest
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
 from simrecon.engines import warm_start, windows

@@ -88,9 +88,9 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
 def survey(crew: Crew, clips: Sequence[Clip]) -> dict[str, dict[str, Any]]:
     """What there is to do, by name, in the order of the clips; what a worker died of is read once more."""
     futures = {crew.survey(clip): clip for clip in clips}
-    found: dict[str, dict[str, Any]] = {}
+    answers: dict[str, dict[str, Any]] = {}
     again = set[str]()
-    while len(found) < len(clips):
+    while len(answers) < len(clips):
         kind, item = crew.inbox.get()
         if kind != "done" or item not in futures:
             continue
@@ -100,10 +100,10 @@ def survey(crew: Crew, clips: Sequence[Clip]) -> dict[str, dict[str, Any]]:
             futures[crew.survey(futures[item])] = futures[item]
         elif cluster.died(item):
             message = "the worker process died while it read this input"
-            found[name] = {"name": name, "kind": "error", "message": message, "trace": ""}
+            answers[name] = {"name": name, "kind": "error", "message": message, "trace": ""}
         else:
-            found[name] = cluster.value(item)
-    return {clip.name: found[clip.name] for clip in clips}
+            answers[name] = cluster.value(item)
+    return {clip.name: answers[clip.name] for clip in clips}
 
 
 def _measured(crew: Crew, clip: Clip, jobs: int) -> Cost:
@@ -137,9 +137,9 @@ def is_done(places: Places, facts: dict[str, Any]) -> bool:
     if "key" not in facts:
         return False
     target = places.result(facts["name"])
-    found = record(places, facts["name"])
+    entry = record(places, facts["name"])
     whole = (target / MOTION).is_file() and (target / REPORT).is_file()
-    return found is not None and found.get("key") == facts["key"] and whole
+    return entry is not None and entry.get("key") == facts["key"] and whole
 
 
 def record(places: Places, name: str) -> dict[str, Any] | None:

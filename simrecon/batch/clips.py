@@ -115,16 +115,16 @@ def _clip(name: str, path: Path, values: Mapping[str, Any]) -> Clip:
     return Clip(name, str(path.resolve()), options=options, **own)
 
 
-def _paths(given: str) -> list[tuple[Path, Path | None]]:
+def _paths(text: str) -> list[tuple[Path, Path | None]]:
     """Files, and the folder in which each was found if it was not named itself."""
-    path = Path(given).expanduser()
+    path = Path(text).expanduser()
     if path.is_file():
         return [(path, None)]
     if path.is_dir():
         return [(item, path) for item in _inside(path)] if not _is_clip(path) else [(path, None)]
     matches = sorted(glob.glob(str(path), recursive=True))
     if not matches:
-        raise InputError(f"{given}: found no such file or folder, and nothing that matches it")
+        raise InputError(f"{text}: found no such file or folder, and nothing that matches it")
     return [pair for match in matches for pair in _paths(match)]
 
 
@@ -132,16 +132,16 @@ def _inside(folder: Path) -> list[Path]:
     """Clips in a folder and those below it, by name; hidden ones, manifests and results are left out."""
     if (folder / "report.json").is_file() or (folder / "batch.jsonl").is_file():
         return []
-    found: list[Path] = []
+    inputs: list[Path] = []
     for path in sorted(folder.iterdir()):
         if path.name.startswith("."):
             continue
         if path.is_dir():
-            found += [path] if _is_clip(path) else _inside(path)
+            inputs += [path] if _is_clip(path) else _inside(path)
         elif path.suffix.lower() in (*SUFFIXES, *VIDEOS):
-            found.append(path)
-    others = {path.stem for path in found if path.suffix.lower() not in VIDEOS}
-    return [path for path in found if path.suffix.lower() not in VIDEOS or path.stem not in others]
+            inputs.append(path)
+    others = {path.stem for path in inputs if path.suffix.lower() not in VIDEOS}
+    return [path for path in inputs if path.suffix.lower() not in VIDEOS or path.stem not in others]
 
 
 def _is_clip(folder: Path) -> bool:
@@ -162,21 +162,23 @@ def _safe(name: str) -> str:
     return f"{safe}_clip" if safe in RESERVED else safe[:150]
 
 
-def _named(found: list[tuple[str | None, Clip]]) -> list[Clip]:
+def _named(entries: list[tuple[str | None, Clip]]) -> list[Clip]:
     """Clips with names of their own: of those that share one, all get their input's hash behind it.
 
     A name that a manifest gives is never changed; two that are equal are an error.
     """
-    given = [name for name, _ in found if name is not None]
-    for word in given:
-        if given.count(word) > 1:
-            raise InputError(f"clip {word!r}: found {given.count(word)} of that name; valid: each its own")
-    found = [entry for i, entry in enumerate(found) if entry not in found[:i]]  # a file may be named twice
+    chosen = [name for name, _ in entries if name is not None]
+    for word in chosen:
+        if chosen.count(word) > 1:
+            raise InputError(f"clip {word!r}: found {chosen.count(word)} of that name; valid: each its own")
+    entries = [
+        entry for i, entry in enumerate(entries) if entry not in entries[:i]
+    ]  # a file may be named twice
     count: dict[str, int] = {}
-    for _, clip in found:
+    for _, clip in entries:
         count[clip.name.lower()] = count.get(clip.name.lower(), 0) + 1
     named: dict[str, Clip] = {}
-    for name, clip in found:
+    for name, clip in entries:
         if name is None and count[clip.name.lower()] > 1:
             mark = hashlib.sha256(
                 f"{clip.input} {clip.options.get('person')} {clip.plan}".encode()

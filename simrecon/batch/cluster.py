@@ -117,13 +117,13 @@ class Crew:
         Raises:
             InputError: one does not.
         """
-        found = self._client.run(_about, str(root), run, on_error="return")
-        for worker, said in found.items():
-            if not isinstance(said, dict) or said["code"] != code_digest():
+        answers = self._client.run(_about, str(root), run, on_error="return")
+        for worker, answer in answers.items():
+            if not isinstance(answer, dict) or answer["code"] != code_digest():
                 raise InputError(
                     f"--scheduler: the worker {worker} has no simrecon, or another version; install the same"
                 )
-            if not said["sees"]:
+            if not answer["sees"]:
                 raise InputError(
                     f"--scheduler: the worker {worker} does not see {root}; give a shared folder"
                 )
@@ -201,8 +201,8 @@ def value(future: Any) -> dict[str, Any]:
     """
     if future.status in ("cancelled", "lost"):
         raise SimreconError(LOST)
-    found: dict[str, Any] = future.result()
-    return found
+    answer: dict[str, Any] = future.result()
+    return answer
 
 
 def _solve(job: Assignment, topic: str) -> dict[str, Any]:

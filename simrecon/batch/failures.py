@@ -38,11 +38,11 @@ def failure(name: str, error: BaseException) -> dict[str, Any]:
     return {"name": name, "kind": kind, "message": " ".join(message.split()), "trace": trace}
 
 
-def write(places: Places, clip: Clip, said: dict[str, Any]) -> None:
+def write(places: Places, clip: Clip, failed: dict[str, Any]) -> None:
     """The error as the clip's report; an earlier result is moved aside, what is not ours is left alone."""
     target = places.result(clip.name)
     places.record(clip.name).unlink(missing_ok=True)
-    note(places, clip.name, f"failed: {said['message']}\n{said['trace']}".rstrip())
+    note(places, clip.name, f"failed: {failed['message']}\n{failed['trace']}".rstrip())
     try:
         results.check_writable(target)
     except InputError:
@@ -52,7 +52,7 @@ def write(places: Places, clip: Clip, said: dict[str, Any]) -> None:
         shutil.rmtree(aside, ignore_errors=True)
         aside.parent.mkdir(parents=True, exist_ok=True)
         target.rename(aside)
-    error = {"kind": said["kind"], "message": said["message"], "trace": said["trace"] or None}
+    error = {"kind": failed["kind"], "message": failed["message"], "trace": failed["trace"] or None}
     content = {
         "schema": SCHEMA,
         "versions": provenance.versions(),

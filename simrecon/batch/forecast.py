@@ -79,8 +79,8 @@ def total(
     """Seconds by clip, wall time and disk of clips by plan, each with `name`, `video_s` and `windows`."""
     seconds: dict[str, float] = {}
     size = 0.0
-    for found, rows in groups.values():
+    for model, rows in groups.values():
         for row in rows:
-            seconds[row["name"]] = found.seconds(row["video_s"], row["windows"])
-            size += found.size_bytes(row["video_s"])
+            seconds[row["name"]] = model.seconds(row["video_s"], row["windows"])
+            size += model.size_bytes(row["video_s"])
     return seconds, makespan_s(list(seconds.values()), jobs, cores), size

@@ -108,10 +108,10 @@ def write_json(target: Path, content: Any) -> None:
 def read_json(path: Path) -> dict[str, Any] | None:
     """A file's table; None where there is none, or it is not whole."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    return content if isinstance(content, dict) else None
 
 
 class Journal:

@@ -91,10 +91,10 @@ def _summary(state: State) -> str:
     )
     end = state.end or time.time()
     stamp = time.strftime("%Y-%m-%d %H:%M", time.localtime(end))
-    said = f"{stamp}, last run took {duration(end - state.begin)}, {video:.1f} s of video done"
+    summary = f"{stamp}, last run took {duration(end - state.begin)}, {video:.1f} s of video done"
     if state.reason:
-        said += f"; {state.reason}"
-    return f'<div class="tiles">{shown}</div><p class="said">{html.escape(said)}</p>'
+        summary += f"; {state.reason}"
+    return f'<div class="tiles">{shown}</div><p class="said">{html.escape(summary)}</p>'
 
 
 def _verdict(row: Row) -> tuple[str, str]:

@@ -220,50 +220,50 @@ class _Night:
             limit = self._settings.memory_bytes
             memory = f", or above its memory limit of {limit / 2**30:.1f} GiB" if limit else ""
             message = f"the worker process died: killed{memory}"
-            said: dict[str, Any] = {"kind": "error", "message": message, "trace": ""}
+            answer: dict[str, Any] = {"kind": "error", "message": message, "trace": ""}
         else:
-            said = cluster.value(future)
-        if "figures" in said:
-            figures = said["figures"]
+            answer = cluster.value(future)
+        if "figures" in answer:
+            figures = answer["figures"]
             self._book.append("done", clip=name, figures=figures)
             self._outcome.done.append(name)
             self._video_done_s += task.facts["video_s"]
             if figures["fallback"]:
                 self._outcome.fallback.append(name)
             self._say(f"{name}: {figures['verdict']}, {figures['wall_s']:.1f} s")
-        elif said["kind"] == "stopped" and self._stopping:
+        elif answer["kind"] == "stopped" and self._stopping:
             self._book.append("stopped", clip=name)
             self._waiting.append(task)
-        elif said["kind"] == "disk":
+        elif answer["kind"] == "disk":
             self._waiting.append(task)
             raise journal.DiskFullError(
                 f"{self._places.root}: the disk is full; nothing is lost: make space, then give the same "
                 f"command again"
             )
         else:
-            self._again(task, said)
+            self._again(task, answer)
 
-    def _again(self, task: _Entry, said: dict[str, Any]) -> None:
+    def _again(self, task: _Entry, answer: dict[str, Any]) -> None:
         """Another attempt, if there is one left; one that got further than those before does not count."""
         kept = self._places.checkpoints(task.clip.name)
         solved = len(list(kept.glob("*/*/window_*.npz"))) if kept.is_dir() else 0
         task.attempts = 1 if solved > task.reached else task.attempts + 1
         task.reached = max(task.reached, solved)
-        if said["kind"] == "input" or task.attempts > self._settings.retry:
-            self._fail(task, said)
+        if answer["kind"] == "input" or task.attempts > self._settings.retry:
+            self._fail(task, answer)
             return
-        self._book.append("retry", clip=task.clip.name, message=said["message"], attempt=task.attempts)
-        self._say(f"{task.clip.name}: tried again: {said['message']}")
+        self._book.append("retry", clip=task.clip.name, message=answer["message"], attempt=task.attempts)
+        self._say(f"{task.clip.name}: tried again: {answer['message']}")
         self._waiting.insert(0, task)
 
-    def _fail(self, task: _Entry, said: dict[str, Any]) -> None:
+    def _fail(self, task: _Entry, answer: dict[str, Any]) -> None:
         name = task.clip.name
-        self._outcome.failed[name] = said["message"]
+        self._outcome.failed[name] = answer["message"]
         self._book.append(
-            "failed", clip=name, cause=said["kind"], message=said["message"], attempts=task.attempts
+            "failed", clip=name, cause=answer["kind"], message=answer["message"], attempts=task.attempts
         )
-        self._say(f"{name}: failed: {said['message']}")
-        failures.write(self._places, task.clip, said)
+        self._say(f"{name}: failed: {answer['message']}")
+        failures.write(self._places, task.clip, answer)
 
     def _show(self) -> None:
         part = sum(
@@ -276,15 +276,15 @@ class _Night:
 
     def _close(self) -> None:
         """The last event and the report; a full disk may take both, and must not hide why the batch ended."""
-        found = self._outcome
+        outcome = self._outcome
         with contextlib.suppress(OSError):
             self._book.append(
                 "end",
-                done=len(found.done),
-                kept=len(found.kept),
-                failed=len(found.failed),
-                left=len(found.left),
-                reason=found.reason,
+                done=len(outcome.done),
+                kept=len(outcome.kept),
+                failed=len(outcome.failed),
+                left=len(outcome.left),
+                reason=outcome.reason,
             )
             page.write(self._places)
 

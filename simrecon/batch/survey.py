@@ -125,15 +125,17 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
     }
 
 
-def shortened(given: Evidence, length_s: float) -> Evidence:
+def shortened(evidence: Evidence, length_s: float) -> Evidence:
     """The first `length_s` of evidence, at least two frames."""
-    count = max(2, int(np.searchsorted(given.times_s, given.times_s[0] + length_s + 1e-9, side="right")))
-    camera = None if given.camera is None else cameras.at(given.camera, slice(count))
+    count = max(
+        2, int(np.searchsorted(evidence.times_s, evidence.times_s[0] + length_s + 1e-9, side="right"))
+    )
+    camera = None if evidence.camera is None else cameras.at(evidence.camera, slice(count))
     return replace(
-        given,
-        times_s=given.times_s[:count],
-        keypoints_px=given.keypoints_px[:count],
-        scores=given.scores[:count],
-        joints_m=given.joints_m[:count],
+        evidence,
+        times_s=evidence.times_s[:count],
+        keypoints_px=evidence.keypoints_px[:count],
+        scores=evidence.scores[:count],
+        joints_m=evidence.joints_m[:count],
         camera=camera,
     )

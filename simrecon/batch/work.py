@@ -75,10 +75,10 @@ def solve(
         with _alone(places, job):
             return {"name": name, "figures": _solve(job, places, threads, tell, stop)}
     except Exception as error:
-        found = failures.failure(name, error)
+        failed = failures.failure(name, error)
         with contextlib.suppress(OSError):
-            failures.note(places, name, f"{found['kind']}: {found['message']}\n{found['trace']}".rstrip())
-        return found
+            failures.note(places, name, f"{failed['kind']}: {failed['message']}\n{failed['trace']}".rstrip())
+        return failed
     finally:
         memory.release()
 

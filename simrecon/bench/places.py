@@ -27,11 +27,11 @@ def seat(evidence: Evidence, plan: Kinematics) -> Scene:
     Raises:
         InputError: nobody sits.
     """
-    found = support(evidence, plan)
-    seats = tuple(item for item in found.items if item.name.startswith("seat"))
+    room = support(evidence, plan)
+    seats = tuple(item for item in room.items if item.name.startswith("seat"))
     if not seats:
         raise InputError("seat: found nobody who sits on something; valid: evidence of a person who does")
-    return replace(found, items=seats)
+    return replace(room, items=seats)
 
 
 def support(evidence: Evidence, plan: Kinematics) -> Scene:
@@ -43,8 +43,8 @@ def support(evidence: Evidence, plan: Kinematics) -> Scene:
     """
     rough = replace(kinematics.floating(plan), evaluations=min(plan.evaluations, _EVALUATIONS))
     fit = kinematics.fit(resample(evidence)[0], Scene(), rough)
-    found = suggest.suggest(fit.body, fit.scene, fit.times_s, fit.qpos)
-    return Scene(fit.scene.ground, tuple(entry.item for entry in found))
+    suggestions = suggest.suggest(fit.body, fit.scene, fit.times_s, fit.qpos)
+    return Scene(fit.scene.ground, tuple(entry.item for entry in suggestions))
 
 
 def platform(evidence: Evidence, height_m: float) -> Scene:

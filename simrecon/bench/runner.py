@@ -57,11 +57,11 @@ def run(
     Raises:
         InputError: a folder or name that can't be used.
     """
-    for kind, wanted, there in (
+    for kind, listed, there in (
         ("clip", clips, [clip.name for clip in suite.clip]),
         ("variant", variants, [variant.name for variant in suite.variant]),
     ):
-        if unknown := [name for name in wanted if name not in there]:
+        if unknown := [name for name in listed if name not in there]:
             raise InputError(f"{kind}: found {', '.join(unknown)}; valid: {', '.join(there)}")
     if not data.is_dir():
         raise InputError(f"{data}: found no such folder; valid: the folder of the clips")
@@ -114,21 +114,21 @@ def _pictures(suite: Suite, done: list[Task], output: Path) -> list[str]:
         for task in done
         if task.variant == suite.variant[0] and task.seed == suite.seeds[0]
     }
-    wanted = [entry for entry in suite.picture if entry.clip in first]
-    if wanted:
+    entries = [entry for entry in suite.picture if entry.clip in first]
+    if entries:
         (output / "pictures").mkdir(exist_ok=True)
-    for entry in wanted:
+    for entry in entries:
         picture.write(first[entry.clip], output / "pictures" / f"{entry.clip}.png", entry.at)
-    return [f"{entry.clip}.png" for entry in wanted]
+    return [f"{entry.clip}.png" for entry in entries]
 
 
 def checked(check: Check) -> Row:
     """A check's `name`, `measured`, `expected`, `unit`, `error_pct`, `within_pct` and `met`."""
-    found = statics.CHECKS[check.formula](**check.settings)
-    error = 100.0 * (found.measured / found.expected - 1.0)
+    result = statics.CHECKS[check.formula](**check.settings)
+    error = 100.0 * (result.measured / result.expected - 1.0)
     return {
         "name": check.name,
-        **dataclasses.asdict(found),
+        **dataclasses.asdict(result),
         "error_pct": error,
         "within_pct": check.within_pct,
         "met": bool(abs(error) <= check.within_pct),

@@ -91,11 +91,11 @@ def _swing(mass_kg: float, stiffness: float, damping: float, timestep_s: float) 
     floor = Scene(Ground(stiffness_Npm=stiffness, damping_Nspm=damping))
     model = mujoco.MjModel.from_xml_string(scenes.build(block, floor, timestep_s))
     data = mujoco.MjData(model)
-    found = np.empty(round(3.0 / timestep_s))
-    for step in range(len(found)):
+    depth_m = np.empty(round(3.0 / timestep_s))
+    for step in range(len(depth_m)):
         mujoco.mj_step(model, data)
-        found[step] = HALF_M - data.qpos[2]
-    return found
+        depth_m[step] = HALF_M - data.qpos[2]
+    return depth_m
 
 
 def _pulse(mass_kg: float, stiffness: float, damping: float) -> float:
@@ -104,15 +104,15 @@ def _pulse(mass_kg: float, stiffness: float, damping: float) -> float:
 
 def _fitted(mass_kg: float, stiffness: float, damping: float, timestep_s: float) -> tuple[float, float]:
     """Decay rate and angular frequency of a swing, by least squares."""
-    found = _swing(mass_kg, stiffness, damping, timestep_s)
-    times = timestep_s * np.arange(1, len(found) + 1)
+    depth_m = _swing(mass_kg, stiffness, damping, timestep_s)
+    times = timestep_s * np.arange(1, len(depth_m) + 1)
 
     def model(t: Array, rest: float, size: float, rate: float, turn: float, phase: float) -> Array:
         return np.asarray(rest + size * np.exp(-rate * t) * np.cos(turn * t + phase))
 
     rest = mass_kg * GRAVITY / stiffness
     start = (rest, -rest, damping / (2 * mass_kg), _pulse(mass_kg, stiffness, damping), 0.0)
-    (_, _, rate, turn, _), _ = curve_fit(model, times, found, start)
+    (_, _, rate, turn, _), _ = curve_fit(model, times, depth_m, start)
     return float(rate), float(turn)
 
 

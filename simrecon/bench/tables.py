@@ -107,15 +107,15 @@ def _target(suite: Suite, target: Target, runs: Sequence[Row]) -> Row:
         np.array([over_seeds(runs, whose or clip, variant, motion, target.score) for clip in clips])
         for motion, whose in ((target.of, None), (target.against, target.against_clip))
     )
-    found: Row = {"text": target.text, "score": target.score}
+    row: Row = {"text": target.text, "score": target.score}
     for level, bounds in (("must", target.must), ("reach", target.reach)):
         judged = [_judge(bound, own, other) for bound in bounds]
         known = [bound["met"] for bound in judged if bound["met"] is not None]
-        found[level] = judged
-        found[f"met_{level}"] = any(known) if known else None
+        row[level] = judged
+        row[f"met_{level}"] = any(known) if known else None
     if np.isfinite(own).any():
-        found["worst_clip"] = clips[int(np.nanargmax(own))]
-    return found
+        row["worst_clip"] = clips[int(np.nanargmax(own))]
+    return row
 
 
 def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Row:
@@ -129,25 +129,25 @@ def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any])
         "ratio": _mean(own[both]) / _mean(other[both]) if both.any() else math.nan,
         "worst_ratio": max(ratios, default=math.nan),
     }
-    found = float(measures[bound.measure])
+    measured = float(measures[bound.measure])
     limits = [f"≤ {bound.at_most:g}"] if bound.at_most is not None else []
     limits += [f"≥ {bound.at_least:g}"] if bound.at_least is not None else []
     met = None
-    if math.isfinite(found):
+    if math.isfinite(measured):
         low = -math.inf if bound.at_least is None else bound.at_least
         high = math.inf if bound.at_most is None else bound.at_most
-        met = bool(low <= found <= high)
+        met = bool(low <= measured <= high)
     return {
         "measure": bound.measure,
         "limit": " and ".join(limits),
-        "value": found if math.isfinite(found) else None,
+        "value": measured if math.isfinite(measured) else None,
         "met": met,
     }
 
 
-def _targets(found: Sequence[Row]) -> list[str]:
+def _targets(rows: Sequence[Row]) -> list[str]:
     lines = ["| target | must | reach for | worst clip |", "|---|---|---|---|"]
-    for target in found:
+    for target in rows:
         cells = [
             target["text"],
             _bounds(target, "must"),
@@ -158,9 +158,9 @@ def _targets(found: Sequence[Row]) -> list[str]:
     return lines
 
 
-def _checks(found: Sequence[Row]) -> list[str]:
+def _checks(rows: Sequence[Row]) -> list[str]:
     lines = ["| what | measured | formula | error, % | must |", "|---|---|---|---|---|"]
-    for check in found:
+    for check in rows:
         verdict = "**met**" if check["met"] else "**missed**"
         numbers = [f"{check[key]:.4g} {check['unit']}" for key in ("measured", "expected")]
         limit = f"{verdict} (≤ {check['within_pct']:g})"
@@ -176,8 +176,8 @@ def _bounds(target: Row, level: str) -> str:
     return f"{verdict}: {', or '.join(parts)}"
 
 
-def _digits(found: float | None) -> str:
-    return MISSING if found is None else f"{found:.3g}"
+def _digits(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.3g}"
 
 
 def _table(suite: Suite, table: Table, runs: Sequence[Row]) -> list[str]:
@@ -266,8 +266,8 @@ def _line(
     cells = [name]
     for column in table.columns:
         shown = [(motion, score(motion, column.score)) for motion in column.of]
-        known = any(math.isfinite(found) for _, found in shown)
-        cell = " → ".join(_number(found, column.digits) for _, found in shown) if known else MISSING
+        known = any(math.isfinite(value) for _, value in shown)
+        cell = " → ".join(_number(value, column.digits) for _, value in shown) if known else MISSING
         if column.interval and clip is not None:
             cell += _interval(runs, clip, variant, column)
         cells.append(cell)
@@ -292,9 +292,9 @@ def _made_on(content: Row) -> str:
 
 
 def _mean(values: Iterable[float]) -> float:
-    known = [found for found in values if math.isfinite(found)]
+    known = [finite for finite in values if math.isfinite(finite)]
     return float(np.mean(known)) if known else math.nan
 
 
-def _number(found: float, digits: int) -> str:
-    return f"{found:.{digits}f}" if math.isfinite(found) else MISSING
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if math.isfinite(value) else MISSING

@@ -99,31 +99,31 @@ def _said(task: Task) -> dict[str, Any]:
 
 
 def _execute(task: Task) -> dict[str, Any]:
-    given, truth = _inputs(task)
+    file, truth = _inputs(task)
     plan = _plan(task)
-    seen = _read(task, given)
+    seen = _read(task, file)
     # the scene is part of the clip, so it is placed from all of the evidence
     scene = _scene(task, seen, plans.read(task.plan))
-    key = _key(given, task, plan, scene)
+    key = _key(file, task, plan, scene)
     if task.suite.half == "kinematics":
-        return _fit(task, given, truth, key, _Work(dropped(seen, task.variant.drop), scene, plan))
-    folder, record = task.folder / RESULT, task.folder / RECORD
+        return _fit(task, file, truth, key, _Work(dropped(seen, task.variant.drop), scene, plan))
+    folder, mark = task.folder / RESULT, task.folder / RECORD
     status = "kept"
-    if not (folder / "motion.npz").is_file() or _recorded(record).get("key") != key:
-        record.unlink(missing_ok=True)
-        run(_job(task, given, scene, plan, folder))
-        atomic.write_json(record, {"key": key})
+    if not (folder / "motion.npz").is_file() or _recorded(mark).get("key") != key:
+        mark.unlink(missing_ok=True)
+        run(_job(task, file, scene, plan, folder))
+        atomic.write_json(mark, {"key": key})
         status = "done"
-    table = scores.score(folder, truth, given)
+    table = scores.score(folder, truth, file)
     content = table.as_dict()
-    said = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
-    said["run"] = _run(folder)
+    record = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
+    record["run"] = _run(folder)
     if task.evaluator is not None:
-        command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(given)]
-        said["check"] = json.loads(subprocess.check_output(command, text=True))
-        if "replay" in said["check"]:
-            said["run"]["check_qpos_error"] = float(said["check"]["replay"]["max_qpos_error"])
-    return said
+        command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(file)]
+        record["check"] = json.loads(subprocess.check_output(command, text=True))
+        if "replay" in record["check"]:
+            record["run"]["check_qpos_error"] = float(record["check"]["replay"]["max_qpos_error"])
+    return record
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,21 +135,21 @@ class _Work:
     plan: Plan
 
 
-def _fit(task: Task, given: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
+def _fit(task: Task, file: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
     """The kinematic half alone, kept as `fit.npz`."""
-    path, record = task.folder / FIT, task.folder / RECORD
+    path, mark = task.folder / FIT, task.folder / RECORD
     status = "kept"
-    if not path.is_file() or _recorded(record).get("key") != key:
+    if not path.is_file() or _recorded(mark).get("key") != key:
         task.folder.mkdir(parents=True, exist_ok=True)
-        record.unlink(missing_ok=True)
+        mark.unlink(missing_ok=True)
         began = time.process_time()
         fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
         fitted.write(path, fit, time.process_time() - began)
-        atomic.write_json(record, {"key": key})
+        atomic.write_json(mark, {"key": key})
         status = "done"
-    table = scores.score_fit(path, truth, given)
-    said = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
-    return said | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
+    table = scores.score_fit(path, truth, file)
+    record = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
+    return record | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
 
 
 def _job(task: Task, input_file: Path, scene: Scene, plan: Plan, folder: Path) -> Job:
@@ -206,9 +206,9 @@ def _plan(task: Task) -> Plan:
     return plans.overridden(plans.read(task.plan), task.variant.plan, where)
 
 
-def _read(task: Task, given: Path) -> Evidence:
-    seen = readers.read(given)
-    readers.check_names(seen, names.valid_names(), given)
+def _read(task: Task, file: Path) -> Evidence:
+    seen = readers.read(file)
+    readers.check_names(seen, names.valid_names(), file)
     return seen if task.clip.height_m is None else replace(seen, height_m=task.clip.height_m)
 
 
@@ -229,10 +229,10 @@ def _scene(task: Task, seen: Evidence, plan: Plan) -> Scene:
     return scenes.read(task.suite.folder / clip.scene)
 
 
-def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
+def _key(file: Path, task: Task, plan: Plan, scene: Scene) -> str:
     """Hash of all that a motion depends on: input, settings, versions and the code itself."""
     content = {
-        "evidence": hashlib.sha256(given.read_bytes()).hexdigest(),
+        "evidence": hashlib.sha256(file.read_bytes()).hexdigest(),
         "drop": task.variant.drop,
         "plan": plans.to_dict(plan),
         "scene": scenes.dumps(scene),
@@ -248,20 +248,20 @@ def _key(given: Path, task: Task, plan: Plan, scene: Scene) -> str:
 def _recorded(path: Path) -> dict[str, Any]:
     """What was written down of a run: its `key`."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return record if isinstance(record, dict) else {}
 
 
 def _run(folder: Path) -> dict[str, float]:
-    said = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    totals = said["totals"]
-    found = {
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    totals = report["totals"]
+    numbers = {
         "seconds_per_second": totals["seconds_per_second"],
         "cpu_per_second": totals["cpu_s"] / totals["video_s"],
         "stepping_share": totals["stepping_share"],
-        "fallback": said["frames"]["fallback"],
-        "replay_exact": said["audit"]["replay_exact"],
+        "fallback": report["frames"]["fallback"],
+        "replay_exact": report["audit"]["replay_exact"],
     }
-    return {name: float(value) for name, value in found.items() if value is not None}
+    return {name: float(value) for name, value in numbers.items() if value is not None}

@@ -63,7 +63,7 @@ def check(arrays: dict[str, Array], path: Path | str) -> None:
             raise InputError(f"{path}: {key}: found an array of shape {shape}; valid: {expected}")
     if arrays["f"].min() < 0 or arrays["f"].max() >= count:
         raise InputError(
-            f"{path}: f: vertices {arrays['f'].min():g} to {arrays['f'].max():g}; valid: from 0 to {count - 1}"
+            f"{path}: f: found {arrays['f'].min():g} to {arrays['f'].max():g}; valid: from 0 to {count - 1}"
         )
 
 

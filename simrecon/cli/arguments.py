@@ -53,12 +53,12 @@ def whole(high: int) -> Callable[[str], int]:
 def numbers(text: str) -> list[float]:
     """Reads numbers between commas."""
     try:
-        found = [float(part) for part in text.split(",")]
+        values = [float(part) for part in text.split(",")]
     except ValueError:
-        found = [math.nan]
-    if not all(math.isfinite(value) for value in found):
+        values = [math.nan]
+    if not all(math.isfinite(value) for value in values):
         raise argparse.ArgumentTypeError(f"found {text!r}; valid: numbers between commas, such as 0.5,-1.2")
-    return found
+    return values
 
 
 def number(bounds: tuple[float, float]) -> Callable[[str], float]:

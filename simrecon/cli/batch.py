@@ -123,11 +123,11 @@ def until(text: str, now_s: float) -> float:
     Raises:
         InputError: it is no such time.
     """
-    found = re.fullmatch(r"([01]?\d|2[0-3]):([0-5]\d)", text)
-    if found is None:
+    match = re.fullmatch(r"([01]?\d|2[0-3]):([0-5]\d)", text)
+    if match is None:
         raise InputError(f"--until: found {text!r}; valid: a time such as 07:00")
     now = time.localtime(now_s)
-    fields = (now.tm_year, now.tm_mon, now.tm_mday, int(found[1]), int(found[2]), 0, 0, 0, -1)
+    fields = (now.tm_year, now.tm_mon, now.tm_mday, int(match[1]), int(match[2]), 0, 0, 0, -1)
     then = time.mktime(fields)
     if then <= now_s:
         then = time.mktime((*fields[:2], fields[2] + 1, *fields[3:]))
@@ -155,23 +155,25 @@ def _end(outcome: Outcome, output: str) -> int:
     return EXIT_FALLBACK if outcome.failed or outcome.left or outcome.fallback else 0
 
 
-def _dry_run(parsed: argparse.Namespace, found: tuple[clips.Clip, ...], settings: Settings) -> int:
-    said = ahead.plan_ahead(found, settings, lambda line: print(line, file=sys.stderr))
+def _dry_run(parsed: argparse.Namespace, listed: tuple[clips.Clip, ...], settings: Settings) -> int:
+    forecast = ahead.plan_ahead(listed, settings, lambda line: print(line, file=sys.stderr))
     if parsed.json:
-        print(json.dumps(said, indent=1))
+        print(json.dumps(forecast, indent=1))
         return 0
-    to_do = said["clips"] - len(said["kept"]) - len(said["failed"])
-    end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + said["wall_s"]))
-    kept = f", {len(said['kept'])} are done" if said["kept"] else ""
-    print(f"clips     {to_do} to do, {said['video_s']:.1f} s of video{kept}")
-    for name, rate in said["seconds"].items():
+    to_do = forecast["clips"] - len(forecast["kept"]) - len(forecast["failed"])
+    end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + forecast["wall_s"]))
+    kept = f", {len(forecast['kept'])} are done" if forecast["kept"] else ""
+    print(f"clips     {to_do} to do, {forecast['video_s']:.1f} s of video{kept}")
+    for name, rate in forecast["seconds"].items():
         print(f"cost      {rate:.1f} s on one core per second of video, plan {Path(name).stem}, measured now")
-    print(f"time      {duration(said['wall_s'])} with {said['jobs']} at once, until {end} if begun now")
-    size, free = (f"{said[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
+    print(
+        f"time      {duration(forecast['wall_s'])} with {forecast['jobs']} at once, until {end} if begun now"
+    )
+    size, free = (f"{forecast[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
     print(f"disk      {size} of {free} free")
-    for name, message in said["failed"].items():
+    for name, message in forecast["failed"].items():
         print(f"bad       {name}: {message}")
-    if said["size_bytes"] > said["free_bytes"]:
+    if forecast["size_bytes"] > forecast["free_bytes"]:
         raise InputError(f"{parsed.output}: needs {size}, found {free} free; make space first")
     return 0
 

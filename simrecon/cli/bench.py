@@ -68,9 +68,9 @@ def _bench(options: argparse.Namespace) -> int:
 
 
 def _say(done: int, count: int, row: dict[str, Any]) -> None:
-    said = row["status"] if row["status"] != "failed" else f"failed: {row['message']}"
+    status = row["status"] if row["status"] != "failed" else f"failed: {row['message']}"
     print(
-        f"{done}/{count}  {row['clip']}, {row['variant']}, seed {row['seed']}: {said}",
+        f"{done}/{count}  {row['clip']}, {row['variant']}, seed {row['seed']}: {status}",
         file=sys.stderr,
         flush=True,
     )

@@ -23,15 +23,15 @@ def add(commands: Any) -> None:
     arguments.command(actions, "list", _list, "which weights are there")
 
 
-def _fetch(options: argparse.Namespace) -> int:
+def _fetch(parsed: argparse.Namespace) -> int:
     known = weights.MODELS
-    if unknown := [name for name in options.names if name not in known]:
+    if unknown := [name for name in parsed.names if name not in known]:
         raise InputError(f"models fetch: found {', '.join(unknown)}; valid: {', '.join(known)}")
-    wanted = ["detector", *(options.names or weights.default())]
-    report = weights.fetch(wanted, force=options.force)
+    selected = ["detector", *(parsed.names or weights.default())]
+    report = weights.fetch(selected, force=parsed.force)
     for name, what in report.items():
         print(f"{name:<9}{what:<15}{weights.folder() / weights.entry(name).file}")
-    if not options.names and "heavy" not in report:
+    if not parsed.names and "heavy" not in report:
         print("heavy    not fetched    it comes by npm alone, which is not there")
     return 0
 

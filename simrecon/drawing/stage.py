@@ -29,7 +29,7 @@ def draw(scene: Scene, fit: KinematicFit | None = None) -> Image:
 
     Args:
         scene: what to draw.
-        fit: motion in it; without one a person stands beside the things, for scale.
+        fit: motion in it; without one a person stands beside the items, for scale.
     """
     if fit is None:
         person = upright()
@@ -54,7 +54,7 @@ def upright() -> Body:
 
 
 def beside(scene: Scene, person: Body, gap_m: float = _ASIDE_M) -> Array:
-    """Configuration (1, nq) of a person who stands relaxed on the left of all things."""
+    """Configuration (1, nq) of a person who stands relaxed on the left of all items."""
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, scene, _STEP_S))
     low, high = _bounds(model, mujoco.MjData(model), [_rest(model, person)])[1]
     qpos = _rest(model, person)[: 7 + 4 * len(person.skeleton.names[1:])]
@@ -132,8 +132,8 @@ def _facing(poses: Array) -> float:
 def _bounds(
     model: mujoco.MjModel, data: mujoco.MjData, configurations: list[Array]
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Corners of the box that holds persons and things, and of the one that holds the things alone."""
-    whole, things = [], []
+    """Corners of the box that holds persons and items, and of the one that holds the items alone."""
+    whole, items = [], []
     for configuration in configurations:
         data.qpos[:] = configuration
         mujoco.mj_kinematics(model, data)
@@ -146,10 +146,10 @@ def _bounds(
             reach = np.abs(axes) @ model.geom_aabb[geom, 3:]
             whole.append((centre - reach, centre + reach))
             if name.startswith(scenes.ITEM_PREFIX):
-                things.append(whole[-1])
+                items.append(whole[-1])
     none = (np.full(3, np.inf), np.full(3, -np.inf))
-    both = [np.array(found) if found else np.array([none]) for found in (whole, things)]
-    (a, b) = ((found[:, 0].min(axis=0), found[:, 1].max(axis=0)) for found in both)
+    both = [np.array(boxes) if boxes else np.array([none]) for boxes in (whole, items)]
+    (a, b) = ((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)) for boxes in both)
     return a, b
 
 

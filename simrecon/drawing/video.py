@@ -121,8 +121,8 @@ def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> G
     try:
         for index in indices:
             while position < index:
-                found, image = capture.read()
-                if not found:
+                more, image = capture.read()
+                if not more:
                     raise InputError(_too_short(path, position + 1, int(indices[-1]) + 1))
                 position += 1
             if image is not None:
@@ -131,5 +131,5 @@ def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> G
         capture.release()
 
 
-def _too_short(path: Path | str, found: int, needed: int) -> str:
-    return f"{path}: the video has {found} frames, but the evidence reaches to frame {needed}"
+def _too_short(path: Path | str, count: int, needed: int) -> str:
+    return f"{path}: the video has {count} frames, but the evidence reaches to frame {needed}"

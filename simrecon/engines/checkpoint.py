@@ -61,15 +61,15 @@ class Folder:
         fall), and all after them, are removed: those windows are redone.
         """
         self.digest, self.windows = digest, tuple(windows)
-        found: list[WindowResult] = []
+        restored: list[WindowResult] = []
         for window in windows:
             result = _read(self._file(window), digest, window)
-            if result is None or (found and not np.array_equal(result.states[0], found[-1].states[-1])):
+            if result is None or (restored and not np.array_equal(result.states[0], restored[-1].states[-1])):
                 break
-            found.append(result)
-        for window in windows[len(found) :]:
+            restored.append(result)
+        for window in windows[len(restored) :]:
             self._file(window).unlink(missing_ok=True)
-        return found
+        return restored
 
     def save(self, result: WindowResult) -> None:
         """See `Store`.
@@ -94,12 +94,12 @@ def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") 
         seed: of all random numbers.
         identity: of the job and the code.
     """
-    found = hashlib.sha256()
+    digester = hashlib.sha256()
     for item in dataclasses.fields(problem):
         value = getattr(problem, item.name)
         if isinstance(value, np.ndarray):
-            found.update(f"{item.name} {value.dtype} {value.shape}".encode() + value.tobytes())
-    found.update(handover.state.tobytes() + handover.knots_rad.tobytes())
+            digester.update(f"{item.name} {value.dtype} {value.shape}".encode() + value.tobytes())
+    digester.update(handover.state.tobytes() + handover.knots_rad.tobytes())
     rest = {
         "mjcf": problem.mjcf,
         "plan": plans.to_dict(problem.plan),
@@ -109,8 +109,8 @@ def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") 
         "identity": identity,
         "versions": [simrecon.__version__, mujoco.__version__, version("numpy")],
     }
-    found.update(json.dumps(rest, sort_keys=True).encode())
-    return found.hexdigest()
+    digester.update(json.dumps(rest, sort_keys=True).encode())
+    return digester.hexdigest()
 
 
 _OWN_FORM = ("window", "loss_terms", "status", "effort", "handover")
@@ -139,19 +139,19 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
     """A window; None where there is none, or it is not whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-        kept = Window(*(int(value) for value in found["window"]))
-        if (str(found["schema"]), str(found["digest"]), kept) != (SCHEMA, digest, window):
+            arrays = {name: archive[name] for name in archive.files}
+        kept = Window(*(int(value) for value in arrays["window"]))
+        if (str(arrays["schema"]), str(arrays["digest"]), kept) != (SCHEMA, digest, window):
             return None
         plain: dict[str, Any] = {
-            name: found[name] if found[name].ndim else found[name].item() for name in _PLAIN
+            name: arrays[name] if arrays[name].ndim else arrays[name].item() for name in _PLAIN
         }
         return WindowResult(
             window=window,
-            loss_terms=dict(zip(found["term_names"].tolist(), found["terms"].tolist(), strict=True)),
-            status=WindowStatus[str(found["status"])],
-            effort=Effort(*(int(value) for value in found["effort"])),
-            handover=Handover(found["state"], found["knots_rad"], int(found["first_knot"])),
+            loss_terms=dict(zip(arrays["term_names"].tolist(), arrays["terms"].tolist(), strict=True)),
+            status=WindowStatus[str(arrays["status"])],
+            effort=Effort(*(int(value) for value in arrays["effort"])),
+            handover=Handover(arrays["state"], arrays["knots_rad"], int(arrays["first_knot"])),
             **plain,
         )
     except (OSError, ValueError, KeyError, EOFError, NotImplementedError, *_DAMAGE):

@@ -103,7 +103,7 @@ def _check_replaceable(folder: Path | str, target: Path) -> None:
 
 def _is_result(target: Path) -> bool:
     try:
-        found = json.loads((target / REPORT).read_text(encoding="utf-8"))
+        report = json.loads((target / REPORT).read_text(encoding="utf-8"))
     except ValueError:  # not UTF-8, or not JSON
         return False
-    return isinstance(found, dict) and str(found.get("schema", "")).startswith("simrecon.result/")
+    return isinstance(report, dict) and str(report.get("schema", "")).startswith("simrecon.result/")

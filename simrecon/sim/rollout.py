@@ -80,13 +80,13 @@ class Simulator:
         with unlogged():
             if self._pool is None:
                 return [work(item) for item in items]
-            asked = [self._pool.submit(work, item) for item in items]
+            futures = [self._pool.submit(work, item) for item in items]
             try:
-                return [one.result() for one in asked]
+                return [one.result() for one in futures]
             finally:
-                for one in asked:
+                for one in futures:
                     one.cancel()
-                wait(asked)
+                wait(futures)
 
     def run(self, state: Array, ctrl: Array, at_steps: IntArray) -> Rollouts:
         """Roll out; outside of `each` on the threads of one worker only.
@@ -120,8 +120,8 @@ class Simulator:
 
     def _follow(self) -> None:
         """Take up the number of threads that is wanted now: workers, each with its share."""
-        wanted = self._wanted() if callable(self._wanted) else self._wanted
-        threads = wanted or processor.cores()
+        number = self._wanted() if callable(self._wanted) else self._wanted
+        threads = number or processor.cores()
         if threads == self._threads:
             return
         count, free = min(threads, PIECES), SimpleQueue[_Worker]()
