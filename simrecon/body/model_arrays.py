@@ -61,10 +61,9 @@ def check(arrays: dict[str, Array], path: Path | str) -> None:
         shape = arrays[key].shape
         if shape != expected or 0 in expected:
             raise InputError(f"{path}: {key}: found an array of shape {shape}; valid: {expected}")
-    if arrays["f"].min() < 0 or arrays["f"].max() >= count:
-        raise InputError(
-            f"{path}: f: found {arrays['f'].min():g} to {arrays['f'].max():g}; valid: from 0 to {count - 1}"
-        )
+    low, high = arrays["f"].min(), arrays["f"].max()
+    if low < 0 or high >= count:
+        raise InputError(f"{path}: f: found {low:g} to {high:g}; valid: from 0 to {count - 1}")
 
 
 def parents_of(data: dict[str, Any], joints: int, path: Path | str) -> IntArray:

@@ -72,9 +72,7 @@ def _weights(by_joint: Array, owner: list[int], path: Path | str) -> Array:
     names = template().names
     empty = sorted(set(range(len(names))) - set(np.array(owner)[by_joint.argmax(axis=1)].tolist()))
     if empty:
-        raise InputError(
-            f"{path}: weights: no vertex belongs to {names[empty[0]]!r}; valid: some to each segment"
-        )
+        raise InputError(f"{path}: weights: no vertex belongs to {names[empty[0]]!r}; valid: some of each")
     weights = np.zeros((len(by_joint), len(names)))
     for joint, segment in enumerate(owner):
         weights[:, segment] += by_joint[:, joint]
