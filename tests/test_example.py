@@ -43,7 +43,7 @@ def test_evidence_and_video_belong_together() -> None:
     evidence.check_names(given, names.valid_names(), "beam.npz")
     assert given.keypoints_px.shape == (100, 33, 2)
     assert given.camera is not None
-    width, height = given.camera.image_size_px
+    width, height = given.camera.lens.image_size_px
     images = list(video.frames(FOLDER / "beam.mp4", given.times_s))
     assert len(images) == 100
     assert images[0].shape[1] / images[0].shape[0] == pytest.approx(width / height, rel=1e-3)
@@ -60,13 +60,13 @@ def test_the_beam_is_the_dark_strip_of_the_video() -> None:
     every = given.times_s[::5]
     background = np.median(list(video.frames(FOLDER / "beam.mp4", every)), axis=0)  # without the person
     grey = cv2.cvtColor(background.astype(np.uint8), cv2.COLOR_BGR2GRAY)
-    scale = grey.shape[1] / given.camera.image_size_px[0]
+    scale = grey.shape[1] / given.camera.lens.image_size_px[0]
 
     def brightness(y_m: float, z_m: float) -> float:
         """Mean along the beam's near half, at a distance from the middle of its top."""
         x = beam.position_m[0] + np.linspace(0.0, 0.48, 40) * LENGTH_M
         places = np.stack((x, np.full(40, beam.position_m[1] + y_m), np.full(40, HEIGHT_M + z_m)), -1)
-        columns, rows = np.rint(scale * cameras.project(camera, places)).astype(int).T
+        columns, rows = np.rint(scale * cameras.project(cameras.at(camera, slice(1)), places)).astype(int).T
         return float(grey[rows, columns].mean())
 
     side = brightness(-WIDTH_M / 2, -0.025)
@@ -81,7 +81,7 @@ def test_the_standing_foot_is_on_the_beam() -> None:
     toe = given.keypoints_px[:5, given.keypoint_names.index("left_foot_index")].mean(axis=0)
     x = np.linspace(-0.5, 0.5, 400) * LENGTH_M + beam.position_m[0]
     line = np.stack((x, np.full(400, beam.position_m[1]), np.full(400, HEIGHT_M)), axis=-1)
-    nearest = np.linalg.norm(cameras.project(given.camera, line) - toe, axis=-1).min()
+    nearest = np.linalg.norm(cameras.project(cameras.at(given.camera, slice(1)), line) - toe, axis=-1).min()
     assert nearest < 30  # px, about 7 cm there
 
 

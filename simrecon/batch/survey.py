@@ -19,6 +19,7 @@ from simrecon.batch.failures import failure
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.evidence.video import weights
+from simrecon.geometry import camera as cameras
 from simrecon.io.provenance import code_digest, digest_of, file_digest
 from simrecon.job import Job, Reading, inputs
 from simrecon.results.folder import MOTION
@@ -127,15 +128,12 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
 def shortened(given: Evidence, length_s: float) -> Evidence:
     """The first `length_s` of evidence, at least two frames."""
     count = max(2, int(np.searchsorted(given.times_s, given.times_s[0] + length_s + 1e-9, side="right")))
-    camera = given.camera
-    if camera is not None and camera.world_to_camera is not None and camera.world_to_camera.ndim == 3:
-        camera = replace(camera, world_to_camera=camera.world_to_camera[:count])
+    camera = None if given.camera is None else cameras.at(given.camera, slice(count))
     return replace(
         given,
         times_s=given.times_s[:count],
         keypoints_px=given.keypoints_px[:count],
         scores=given.scores[:count],
         joints_m=given.joints_m[:count],
-        rotations=None if given.rotations is None else given.rotations[:count],
         camera=camera,
     )

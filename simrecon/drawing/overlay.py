@@ -85,7 +85,7 @@ def render(
         InputError: an image has another shape than the camera's, or there are too few images.
     """
     painter = Painter(clip)
-    width, height = painter.camera.image_size_px
+    width, height = painter.camera.lens.image_size_px
     scale = min(1.0, max_side_px / max(width, height))
     size = (2 * max(1, round(width * scale / 2)), 2 * max(1, round(height * scale / 2)))
     view = View(np.zeros(2), np.array(size) / (width, height), size)
@@ -154,7 +154,7 @@ def _columns(count: int, aspect: float) -> int:
 
 
 def _check_shape(image: Image, camera: Camera) -> None:
-    width, height = camera.image_size_px
+    width, height = camera.lens.image_size_px
     found_height, found_width = image.shape[:2]
     if abs(found_width / found_height * height / width - 1) > 0.02:
         raise InputError(

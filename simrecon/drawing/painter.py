@@ -14,7 +14,7 @@ from simrecon import scene as scenes
 from simrecon.drawing import canvas, shapes
 from simrecon.drawing.canvas import Colour, Image
 from simrecon.geometry import camera as cameras
-from simrecon.types import Array, Camera
+from simrecon.types import Array, Camera, Lens
 
 # Colours are blue, green, red.
 _LEFT, _RIGHT, _CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
@@ -103,6 +103,7 @@ class Painter:
         self.weight_N = max(float(masses.sum() * (np.linalg.norm(model.opt.gravity) or 9.81)), 1e-9)
         self.plain: tuple[View, Array, Image] | None = None
         self.camera = clip.camera if clip.camera is not None and has_view(clip.camera) else self._made_up()
+        self.still = cameras.is_still(self.camera)
         self.limit = 1.5 * _corner_radius(self.camera)
 
     def draw(self, frame: int, view: View, image: Image | None, caption: str | None = None) -> Image:
@@ -141,7 +142,7 @@ class Painter:
             pixels = pixels[np.isfinite(pixels).all(axis=-1)]
             if len(pixels):
                 low, high = np.minimum(low, pixels.min(axis=0)), np.maximum(high, pixels.max(axis=0))
-        size = np.array(self.camera.image_size_px, float)
+        size = np.array(self.camera.lens.image_size_px, float)
         if not np.isfinite(low).all():
             return np.zeros(2), size
         margin = 0.08 * float((high - low).max()) + 1
@@ -155,8 +156,7 @@ class Painter:
         mujoco.mj_kinematics(self.model, self.data)
 
     def _at(self, frame: int) -> Camera:
-        transform = cameras.extrinsics(self.camera)
-        return self.camera if transform.ndim == 2 else cameras.with_extrinsics(self.camera, transform[frame])
+        return cameras.at(self.camera, slice(frame, frame + 1))
 
     def _project(self, camera: Camera, points_m: Array) -> tuple[Array, Array]:
         """World points (N, 3) → pixels (N, 2) of the camera's image, NaN out of view; distances (N,)."""
@@ -165,7 +165,9 @@ class Painter:
             rays = xyz[:, :2] / xyz[:, 2:]
         # Far outside the image the distortion polynomial folds back into it.
         seen = (xyz[:, 2] > 0.05) & (np.hypot(rays[:, 0], rays[:, 1]) < self.limit)
-        return cameras.distort(camera, np.where(seen[:, None], rays, np.nan)), np.linalg.norm(xyz, axis=-1)
+        return cameras.distort(camera.lens, np.where(seen[:, None], rays, np.nan)), np.linalg.norm(
+            xyz, axis=-1
+        )
 
     def _faces(
         self,
@@ -194,13 +196,8 @@ class Painter:
     def _ground(self, camera: Camera, view: View) -> Image:
         """Chequered ground of half-metre tiles that fades out; kept while the camera stands still."""
         places = self.data.geom_xpos[self.grounds]
-        kept = self.plain
-        if (
-            kept is not None
-            and kept[0] is view
-            and camera is self.camera
-            and np.allclose(kept[1], places, atol=1e-3)
-        ):
+        kept = self.plain if self.still else None
+        if kept is not None and kept[0] is view and np.allclose(kept[1], places, atol=1e-3):
             return kept[2].copy()
         width, height = view.size
         image = np.full((height, width, 3), _SKY, np.uint8)
@@ -238,7 +235,7 @@ class Painter:
 
     def _wires(self, image: Image, camera: Camera, view: View) -> None:
         """Edges of the scene's boxes; those behind their own box are darker and thinner."""
-        eye = cameras.centre_m(camera)
+        eye = cameras.centre_m(camera)[0]
         for box in self.boxes:
             rotation, centre = self.data.geom_xmat[box].reshape(3, 3), self.data.geom_xpos[box]
             half = self.model.geom_size[box]
@@ -279,13 +276,14 @@ class Painter:
         radius = self.model.geom_rbound[geoms][:, None]
         low = (centres[:, geoms] - radius).min(axis=(0, 1))
         high = (centres[:, geoms] + radius).max(axis=(0, 1))
-        return three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
+        view = three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
+        return cameras.lasting(view, len(self.clip.qpos))
 
 
 def three_quarter(
     low_m: Array, high_m: Array, facing_rad: float, elevation_rad: float = np.deg2rad(15)
 ) -> Camera:
-    """A camera 40° beside `facing_rad` and a little above that sees the whole box."""
+    """A camera of one frame, 40° beside `facing_rad` and a little above, that sees the whole box."""
     azimuth, elevation = facing_rad + np.deg2rad(40), elevation_rad
     towards = np.array(
         [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
@@ -302,7 +300,7 @@ def three_quarter(
     transform[:3, :3] = rotation
     transform[:3, 3] = -rotation @ (middle + towards * distance)
     matrix = np.array([[focal, 0, width / 2 - 0.5], [0, focal, height / 2 - 0.5], [0, 0, 1]])
-    return Camera(matrix, np.zeros(5), transform, (width, height))
+    return cameras.still(Lens(matrix, np.zeros(5), (width, height)), transform)
 
 
 def _tiles(path_m: Array) -> tuple[Array, Array]:
@@ -322,7 +320,7 @@ def _tiles(path_m: Array) -> tuple[Array, Array]:
 
 def _light(camera: Camera) -> Array:
     """Unit vector to the light: above, and a little beside and before what is seen. (3,)."""
-    rotation = cameras.extrinsics(camera)[:3, :3]
+    rotation = cameras.extrinsics(camera)[0, :3, :3]
     right, towards = rotation[0], -rotation[2]
     return _unit(
         _LIGHT_FROM[0] * right + _LIGHT_FROM[1] * towards + _LIGHT_FROM[2] * np.array([0.0, 0.0, 1.0])
@@ -349,11 +347,11 @@ def _coarse_cell_m(model: mujoco.MjModel, items: Sequence[int]) -> float:
 
 def _corner_radius(camera: Camera) -> float:
     """Largest distance of the image's corners from the optical axis, in ideal image-plane coordinates."""
-    width, height = camera.image_size_px
+    width, height = camera.lens.image_size_px
     corners = np.array([[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]])
-    return float(np.linalg.norm(cameras.undistort(camera, corners), axis=-1).max())
+    return float(np.linalg.norm(cameras.undistort(camera.lens, corners), axis=-1).max())
 
 
 def has_view(camera: Camera | None) -> bool:
     """Whether it is known where the camera stands."""
-    return camera is not None and camera.world_to_camera is not None
+    return camera is not None and camera.path is not None

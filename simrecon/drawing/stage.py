@@ -40,11 +40,9 @@ def draw(scene: Scene, fit: KinematicFit | None = None) -> Image:
     if fit.camera is None or not has_view(fit.camera):
         return first
     middle = int(frames[len(frames) // 2])
-    camera = fit.camera
-    if cameras.extrinsics(camera).ndim == 3:
-        camera = cameras.with_extrinsics(camera, cameras.extrinsics(camera)[middle])
-    shown = fit.qpos[middle : middle + 1]
-    second = _paint(scene, fit.body, shown, camera, f"camera, {fit.times_s[middle]:.2f} s")
+    shown = slice(middle, middle + 1)
+    camera = cameras.at(fit.camera, shown)
+    second = _paint(scene, fit.body, fit.qpos[shown], camera, f"camera, {fit.times_s[middle]:.2f} s")
     return contact_sheet([first, second], 2)
 
 
@@ -93,7 +91,7 @@ def _paint(scene: Scene, person: Body, poses: Array, camera: Camera | None, capt
         camera = three_quarter(low, high, _facing(poses), _ELEVATION_RAD)
     corners = np.stack((low[:2], high[:2]))
     clip = Clip(model=model, times_s=np.zeros(1), qpos=qpos[None], camera=camera, ground_m=corners)
-    size = camera.image_size_px
+    size = camera.lens.image_size_px
     scale = min(1.0, 960 / max(size))
     shape = (round(size[0] * scale), round(size[1] * scale))
     view = View(np.zeros(2), np.array(shape) / size, shape)

@@ -131,7 +131,7 @@ def _camera_path(fit: KinematicFit) -> Array | None:
     """The world-to-camera transform at each frame, (T, 4, 4); None without a camera."""
     if fit.camera is None:
         return None
-    return np.broadcast_to(cameras.extrinsics(fit.camera), (len(fit.times_s), 4, 4))
+    return cameras.extrinsics(fit.camera)
 
 
 def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock) -> Array:
@@ -158,7 +158,7 @@ def _observations(fit: KinematicFit, evidence: Evidence) -> tuple[Array, Array]:
     rays, scores = np.zeros((*shape, 2)), np.zeros(shape)
     if fit.camera is None or not evidence.keypoint_names:
         return rays, scores
-    ideal = cameras.undistort(fit.camera, evidence.keypoints_px)  # (T, J, 2)
+    ideal = cameras.undistort(fit.camera.lens, evidence.keypoints_px)  # (T, J, 2)
     for column, point in enumerate(names.resolve(evidence.keypoint_names)):
         if point != names.IGNORED:
             score = np.where(np.isfinite(ideal[:, column]).all(axis=-1), evidence.scores[:, column], 0.0)

@@ -17,8 +17,9 @@ from simrecon.metrics.joints import Clip, Scores
 from simrecon.metrics.truth import at
 from simrecon.replay import SIMULATED, mean_since
 from simrecon.scene import check, parts
+from simrecon.sim import contacts
 from simrecon.sim.state import set_state
-from simrecon.types import Array, IntArray, Scene
+from simrecon.types import Array, Scene
 
 # Who sits down comes up by this much; within this of the lowest or highest hips, and this slow, is at rest.
 SITS_LEAST_M, NEAR_M, STILL_MPS = 0.15, 0.05, 0.1
@@ -37,14 +38,16 @@ def forces(model: mujoco.MjModel, scene: Scene, state0: Array, ctrl: Array) -> A
         state0: (nstate,) full state.
         ctrl: (N, nu).
     """
-    owners = _owners(model, scene)
+    owners = check.owners(model, scene)
+    person = np.where(owners < 0, 0, -1)  # (ngeom,)
     rows = np.zeros((len(ctrl) + 1, len(scene.items) + 1, 3))
     data = mujoco.MjData(model)
     set_state(model, data, state0)
     for row, control in zip(rows[1:], ctrl, strict=True):
         data.ctrl[:] = control
         mujoco.mj_step(model, data)
-        _add_contacts(model, data, owners, row)
+        touching = contacts.find(data, person)
+        np.add.at(row, owners[touching.other], contacts.forces(model, data, touching)[0])
     return rows
 
 
@@ -138,21 +141,3 @@ def _sheets(of: Simulated) -> dict[str, float]:
         "apex_mm": 1e3 * float(rise.max()),
         "apex_s": float(motion.times_s[kept][rise.argmax()]),
     }
-
-
-def _owners(model: mujoco.MjModel, scene: Scene) -> IntArray:
-    """Row of `forces` for every geom (ngeom,), -1 for the person's."""
-    names = [*(item.name for item in scene.items), scenes.GROUND_GEOM]
-    found = [scenes.owner(model.geom(geom).name, scene) for geom in range(model.ngeom)]
-    return np.array([-1 if owner is None else names.index(owner) for owner in found], np.int64)
-
-
-def _add_contacts(model: mujoco.MjModel, data: mujoco.MjData, owners: IntArray, row: Array) -> None:
-    """Add the forces on the person to a row (I + 1, 3)."""
-    pair = owners[data.contact.geom].reshape(-1, 2)  # (ncon, 2)
-    local = np.empty(6)
-    for index in np.flatnonzero((pair >= 0).sum(axis=1) == 1):
-        mujoco.mj_contactForce(model, data, index, local)
-        # the force of a contact acts on its second geom, with the axes of the contact as rows of its frame
-        sign = 1.0 if pair[index, 1] < 0 else -1.0
-        row[pair[index].max()] += sign * local[:3] @ data.contact.frame[index].reshape(3, 3)

@@ -136,9 +136,9 @@ def _of_input(seen: Evidence, on: Clip) -> Scores:
         return Scores()
     if seen.joints_frame == "world":
         return _both(joints.track(seen.times_s, seen.joint_names, places, "evidence"), on)
-    if seen.camera is None or seen.camera.world_to_camera is None or seen.camera.world_to_camera.ndim != 2:
+    if seen.camera is None or seen.camera.path is None:
         return Scores()
-    turned = places @ seen.camera.world_to_camera[:3, :3]  # Rᵀ x, row vectors
+    turned = places @ seen.camera.path[:, :3, :3]  # Rᵀ x, row vectors
     scores = joints.accuracy(joints.track(seen.times_s, seen.joint_names, turned, "evidence"), on)
     return Scores({name: series for name, series in scores.series.items() if name in OF_POSE})
 

@@ -20,7 +20,8 @@ from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
 from simrecon.evidence.video import reader as video
-from simrecon.types import Evidence
+from simrecon.geometry import camera as cameras
+from simrecon.types import Camera, Evidence
 
 NO_LENS = (
     "landmarks in an image, but no lens; valid: --fov DEGREES and --size WIDTHxHEIGHT, "
@@ -112,7 +113,7 @@ def read(
         return _checked(first, path)
     asked = replace(given, format=None, person=keypoints_person, up=None, unit=None, frame=None)
     if asked.camera is None and first.camera is not None:
-        asked = replace(asked, camera=first.camera, lens=f"that of {os.path.basename(path)}")
+        asked = replace(asked, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
     return _checked(join(first, _read(keypoints, asked), path, keypoints), path)
 
 
@@ -127,7 +128,10 @@ def _read(path: str | os.PathLike[str], options: Options) -> Evidence:
         raise content.fail("layout", f"values that don't fit it ({reason})", valid) from error
     if reader.name == "evidence":
         return found
-    return replace(found, reading=f"{reader.title}: {found.reading}")
+    camera = found.camera
+    if camera is not None and camera.path is not None and len(camera.path) == 1:  # that of the options
+        camera = cameras.lasting(camera, len(found.times_s))
+    return replace(found, camera=camera, reading=f"{reader.title}: {found.reading}")
 
 
 def _reader(content: Content, asked: str | None) -> Reader:
@@ -181,8 +185,7 @@ def join(
         raise InputError(f"{os.fspath(keypoints)}: found no 2D landmarks; valid: a file with them")
     if not first.joint_names:
         raise InputError(f"{os.fspath(path)}: found no 3D estimate; valid: one, to go with --keypoints")
-    camera = first.camera or second.camera
-    if camera is None:
+    if first.camera is None and second.camera is None:
         raise InputError(
             f"{os.fspath(path)}: found {NO_LENS.replace(', or --keypoints of a file with one', '')}"
         )
@@ -198,6 +201,9 @@ def join(
         raise InputError(
             f"{os.fspath(keypoints)}: found {found}; valid: both of the same video, at one --fps"
         )
+    camera = first.camera
+    if camera is None and second.camera is not None:
+        camera = cameras.at(second.camera, nearest)
     return replace(
         first,
         keypoint_names=second.keypoint_names,

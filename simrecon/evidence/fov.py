@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from simrecon.errors import InputError
-from simrecon.types import Camera
+from simrecon.types import Camera, Lens
 
 RATE_RANGE_HZ = (2.0, 2000.0)
 FOV_RANGE_DEG = (1.0, 170.0)
@@ -33,7 +33,7 @@ def pinhole(focal_px: float, size_px: tuple[int, int]) -> Camera:
     """A camera without distortion that looks through the middle of its image; (0, 0) is the first pixel's."""
     x, y = (size_px[0] - 1) / 2, (size_px[1] - 1) / 2
     matrix = np.array([[focal_px, 0.0, x], [0.0, focal_px, y], [0.0, 0.0, 1.0]])
-    return Camera(matrix, np.zeros(5), None, size_px)
+    return Camera(Lens(matrix, np.zeros(5), size_px))
 
 
 def probe(video: str | os.PathLike[str]) -> tuple[float | None, tuple[int, int] | None]:

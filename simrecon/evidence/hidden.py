@@ -24,7 +24,7 @@ def unknown_camera(evidence: Evidence) -> Evidence:
         if evidence.keypoint_names:
             raise InputError("unknown camera: found no image size; valid: --size WIDTHxHEIGHT, or --video")
         return evidence
-    return replace(evidence, camera=usual(evidence.camera.image_size_px))
+    return replace(evidence, camera=usual(evidence.camera.lens.image_size_px))
 
 
 def usual(size_px: tuple[int, int]) -> Camera:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.evidence.content import as_array
 from simrecon.evidence.options import AXES, to_z_up
+from simrecon.geometry import camera as cameras
 from simrecon.io.arrays import Arrays
-from simrecon.types import Array, Camera
+from simrecon.types import Array, Camera, Lens
 
 OWN_KEYS = ("image_size_px", "matrix_px", "focal_px", "centre_px", "distortion", "world_to_camera")
 _OPENCV = {
@@ -72,7 +73,7 @@ def read(
         hint: a file name that may hold the camera's name, for files with several and no `name`.
 
     Returns:
-        The camera, world z up, and how the file was understood.
+        The camera, world z up, in its one place if the file has it, and how the file was understood.
 
     Raises:
         InputError: one line with file, key, what was found and what is valid.
@@ -82,12 +83,12 @@ def read(
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: can't be read ({error.strerror}); give an existing camera file") from error
-    cameras = _opencv(path, raw) if _is_storage(raw) else _toml(path, raw)
-    chosen, how = _choose(path, cameras, name, hint)
-    camera, scaled = _to_size(path, chosen, size_px)
+    listed = _opencv(path, raw) if _is_storage(raw) else _toml(path, raw)
+    chosen, how = _choose(path, listed, name, hint)
+    lens, scaled = _to_size(path, chosen, size_px)
     pose, stands = _pose(path, chosen, up)
-    text = f"{path.name}{how}, focal length {np.sqrt(camera.matrix_px[0, 0] * camera.matrix_px[1, 1]):.0f} px"
-    return replace(camera, world_to_camera=pose), f"{text}{scaled}, {stands}"
+    text = f"{path.name}{how}, focal length {cameras.focal_px(lens):.0f} px{scaled}, {stands}"
+    return (Camera(lens) if pose is None else cameras.still(lens, pose)), text
 
 
 def _is_storage(raw: bytes) -> bool:
@@ -119,13 +120,12 @@ def _plain(text: str) -> str:
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 
-def _to_size(path: Path, one: _Found, size: tuple[int, int] | None) -> tuple[Camera, str]:
+def _to_size(path: Path, one: _Found, size: tuple[int, int] | None) -> tuple[Lens, str]:
     there = one.size or size
     if there is None:
         raise InputError(f"{path}: image size: found none; valid: one in the file, --size WxH, or a video")
-    camera = Camera(one.matrix, one.distortion, None, there)
     if size is None or size == there:
-        return camera, ""
+        return Lens(one.matrix, one.distortion, there), ""
     factor = size[0] / there[0]
     if abs(size[1] / there[1] / factor - 1) > ASPECT_ERROR_MAX:
         found = f"a camera of {there[0]} x {there[1]} px for images of {size[0]} x {size[1]}"
@@ -134,9 +134,7 @@ def _to_size(path: Path, one: _Found, size: tuple[int, int] | None) -> tuple[Cam
     matrix = one.matrix.copy()
     # The centre of the first pixel is at 0, so its corner is at -0.5.
     matrix[:2] = factor * matrix[:2] + np.array([[0, 0, (factor - 1) / 2]] * 2)
-    return Camera(
-        matrix, one.distortion, None, size
-    ), f", scaled by {factor:.3g} from {there[0]} x {there[1]}"
+    return Lens(matrix, one.distortion, size), f", scaled by {factor:.3g} from {there[0]} x {there[1]}"
 
 
 def _pose(path: Path, one: _Found, up: str | None) -> tuple[Array | None, str]:

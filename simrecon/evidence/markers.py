@@ -17,8 +17,9 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.evidence.opensim import Markers
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 OPENCAP = {
     "left_asis": ("L.ASIS",), "right_asis": ("r.ASIS",), "left_psis": ("L.PSIS",), "right_psis": ("r.PSIS",),
@@ -157,18 +158,18 @@ def evidence(static: Markers, moving: Markers, mass_kg: float | None = None) -> 
         joints_m=np.stack(list(centres.values()), axis=1),  # (T, K, 3)
         joints_frame="world",
         mass_kg=mass_kg,
-        camera=_view(np.nanmean(np.stack(list(centres.values())), axis=(0, 1))),
+        camera=_view(np.nanmean(np.stack(list(centres.values())), axis=(0, 1)), frames),
     )
 
 
-def _view(middle_m: Array) -> Camera:
+def _view(middle_m: Array, frames: int) -> Camera:
     """A camera that looks along y at a point, 5 m away."""
     size = (1280, 720)
     pose = np.eye(4)
     pose[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
     pose[:3, 3] = -pose[:3, :3] @ (middle_m - [0.0, 5.0, 0.0])
     matrix = np.array([[1000.0, 0.0, size[0] / 2], [0.0, 1000.0, size[1] / 2], [0.0, 0.0, 1.0]])
-    return Camera(matrix, np.zeros(5), pose, size)
+    return cameras.still(Lens(matrix, np.zeros(5), size), pose, frames)
 
 
 def _line(coefficients: tuple[float, float], size_m: Array) -> Array:

@@ -10,20 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
 from simrecon.io.arrays import Arrays, listed, load
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 SCHEMA = "simrecon.evidence/1"
 FRAMES = ("world", "camera", "camera_root_relative")
 KEYPOINT_KEYS = ("keypoint_names", "keypoints_px", "keypoint_scores")
 JOINT_KEYS = ("joint_names", "joints_m", "joints_frame")
 ROTATION_KEYS = ("rotation_names", "rotations")
+GROUNDS = ("known", "unknown")
 CAMERA_KEYS = ("camera_K", "camera_dist", "world_to_camera")
 PERSON_KEYS = ("betas", "mass_kg", "height_m")
 KEYS = (
     "schema", "times_s", "image_size_px",
-    *KEYPOINT_KEYS, *CAMERA_KEYS, *JOINT_KEYS, *ROTATION_KEYS, *PERSON_KEYS,
+    *KEYPOINT_KEYS, *CAMERA_KEYS, "ground", *JOINT_KEYS, *ROTATION_KEYS, *PERSON_KEYS,
 )  # fmt: skip
 
 # Bounds that only a wrong unit or a typing error crosses.
@@ -103,15 +105,20 @@ def parse(arrays: Arrays) -> Evidence:
     arrays.text("schema", (SCHEMA,))
     if unknown := [key for key in arrays.content if key not in KEYS]:
         arrays.fail(listed(unknown), "an unknown key", ", ".join(KEYS))
+    times = _times(arrays)
     evidence = Evidence(
-        times_s=_times(arrays), keypoint_names=(), keypoints_px=np.empty(0), scores=np.empty(0),
+        times_s=times, keypoint_names=(), keypoints_px=np.empty(0), scores=np.empty(0),
         joint_names=(), joints_m=np.empty(0), joints_frame=FRAMES[0],
         betas=arrays.finite("betas", ("S",)) if "betas" in arrays else None,
         mass_kg=arrays.scalar("mass_kg", MASS_RANGE_KG, "kg") if "mass_kg" in arrays else None,
         height_m=arrays.scalar("height_m", HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
-        camera=_camera(arrays), sha256=arrays.sha256,
+        camera=_camera(arrays, len(times)),
+        ground_known="ground" not in arrays or arrays.text("ground", GROUNDS) == "known",
+        sha256=arrays.sha256,
     )  # fmt: skip
-    evidence = _with_rotations(arrays, _with_joints(arrays, _with_keypoints(arrays, evidence)))
+    evidence = _with_joints(arrays, _with_keypoints(arrays, evidence))
+    if _has_rotations(arrays):
+        evidence = replace(evidence, reading="rotations: in the file, not used")
     if not evidence.keypoint_names and not evidence.joint_names:
         groups = f"{', '.join(KEYPOINT_KEYS)} (2D landmarks) or {', '.join(JOINT_KEYS)} (3D joints), or both"
         arrays.fail("keypoints_px, joints_m", "neither", groups)
@@ -137,7 +144,7 @@ def _times(arrays: Arrays) -> Array:
     return times
 
 
-def _camera(arrays: Arrays) -> Camera | None:
+def _camera(arrays: Arrays, frames: int) -> Camera | None:
     size = arrays.finite("image_size_px", (2,)) if "image_size_px" in arrays else None
     if size is not None and ((size < 1).any() or (size != np.round(size)).any()):
         arrays.fail("image_size_px", str(size.tolist()), "width and height, whole numbers above 0")
@@ -153,18 +160,26 @@ def _camera(arrays: Arrays) -> Camera | None:
     if size is None:
         arrays.fail("image_size_px", "a camera without an image size", "width and height in pixels")
     distortion = arrays.finite("camera_dist", (5,)) if "camera_dist" in arrays else np.zeros(5)
-    pose = _rigid(arrays, "world_to_camera") if "world_to_camera" in arrays else None
-    return Camera(matrix, distortion, pose, (int(size[0]), int(size[1])))
+    path = _path(arrays, "world_to_camera", frames) if "world_to_camera" in arrays else None
+    return Camera(Lens(matrix, distortion, (int(size[0]), int(size[1]))), path)
 
 
-def _rigid(arrays: Arrays, key: str) -> Array:
-    pose = arrays.finite(key, (4, 4))
-    rotation = pose[:3, :3]
-    determinant, error = np.linalg.det(rotation), np.abs(rotation.T @ rotation - np.eye(3)).max()
-    if error > RIGID_TOLERANCE or determinant < 0 or (pose[3] != [0, 0, 0, 1]).any():
-        found = f"det {determinant:.4g}, off orthogonal by {error:.2g}, last row {pose[3].tolist()}"
-        arrays.fail(key, found, "[[R, t], [0, 0, 0, 1]], R orthogonal with det 1, t in metres")
-    return pose
+def _path(arrays: Arrays, key: str, frames: int) -> Array:
+    """Rigid transforms (T, 4, 4), of one for all frames (4, 4) or one for each."""
+    moving = arrays.array(key).ndim == 3
+    poses = arrays.finite(key, ("T", 4, 4) if moving else (4, 4)).reshape(-1, 4, 4)
+    rotation = poses[:, :3, :3]
+    determinants = np.linalg.det(rotation)
+    errors = np.abs(np.swapaxes(rotation, 1, 2) @ rotation - np.eye(3)).max(axis=(1, 2))
+    last_row_off = (poses[:, 3] != [0, 0, 0, 1]).any(axis=1)
+    if (bad := (errors > RIGID_TOLERANCE) | (determinants < 0) | last_row_off).any():
+        i = int(np.argmax(bad))
+        where = f" in frame {i}" if moving else ""
+        text = (
+            f"det {determinants[i]:.4g}, off orthogonal by {errors[i]:.2g}, last row {poses[i, 3].tolist()}"
+        )
+        arrays.fail(key, text + where, "[[R, t], [0, 0, 0, 1]], R orthogonal with det 1, t in metres")
+    return poses if moving else np.broadcast_to(poses, (frames, 4, 4))
 
 
 def _given(arrays: Arrays, keys: tuple[str, ...]) -> bool:
@@ -219,16 +234,17 @@ def _with_joints(arrays: Arrays, evidence: Evidence) -> Evidence:
     return replace(evidence, joint_names=names, joints_m=joints, joints_frame=frame)
 
 
-def _with_rotations(arrays: Arrays, evidence: Evidence) -> Evidence:
+def _has_rotations(arrays: Arrays) -> bool:
+    """Whether the file holds joint rotations, which are checked and left out."""
     if not _given(arrays, ROTATION_KEYS):
-        return evidence
-    names = arrays.names("rotation_names", "B")
+        return False
+    arrays.names("rotation_names", "B")
     rotations = _points(arrays, "rotations", ("T", "B", 4))
     norms = np.linalg.norm(rotations, axis=-1, keepdims=True)  # (T, B, 1)
     if (np.abs(norms - 1) > UNIT_TOLERANCE).any():
         found = f"norms {np.nanmin(norms):g} to {np.nanmax(norms):g}"
         arrays.fail("rotations", found, "unit quaternions w x y z")
-    return replace(evidence, rotation_names=names, rotations=rotations / norms)
+    return True
 
 
 def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
@@ -240,10 +256,12 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
     if evidence.joint_names:
         values3d = (evidence.joint_names, evidence.joints_m, evidence.joints_frame)
         content |= dict(zip(JOINT_KEYS, values3d, strict=True))
-    if evidence.rotation_names:
-        content |= {"rotation_names": evidence.rotation_names, "rotations": evidence.rotations}
     if (camera := evidence.camera) is not None:
-        content |= {"image_size_px": camera.image_size_px, "camera_K": camera.matrix_px}
-        content |= {"camera_dist": camera.distortion, "world_to_camera": camera.world_to_camera}
+        lens, path = camera.lens, camera.path
+        content |= {"image_size_px": lens.image_size_px, "camera_K": lens.matrix_px}
+        content |= {"camera_dist": lens.distortion}
+        content |= {"world_to_camera": path[0] if path is not None and cameras.is_still(camera) else path}
+    if not evidence.ground_known:
+        content["ground"] = "unknown"
     content |= {"betas": evidence.betas, "mass_kg": evidence.mass_kg, "height_m": evidence.height_m}
     return {key: np.asarray(value) for key, value in content.items() if value is not None}

@@ -36,7 +36,8 @@ class Options:
         person: which one, as the file names it.
         fps: frame rate, Hz; takes precedence over that of the file.
         video_fps: frame rate of the video, for files without one.
-        camera: the lens, for files with landmarks only and videos.
+        camera: the lens, for files with landmarks only and videos; with a path of one frame where it is known
+            where the camera stands.
         lens: where that is from, for the reading.
         person_at: a place in the image, x and y in pixels, where the person is; for videos.
         model: of the pose network, for videos; the best one that is there if None.

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.errors import InputError
 from simrecon.evidence import sides
-from simrecon.geometry import rotations
+from simrecon.geometry import camera as cameras
 from simrecon.types import Array, Evidence, IntArray
 
 # All in frame intervals.
@@ -44,35 +43,33 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
     The frame interval is the median of the intervals. Where every frame lies within a quarter of an interval
     of a grid of that rate, counted from the first frame, it is refined so that the grid also meets the last
     frame. Frames within 1e-3 of an interval of the grid are kept as they are; others are interpolated
-    linearly (rotations: slerp). Nothing is interpolated across a dropped frame or an unseen landmark: there
-    the grid holds NaN with score 0, as it does where landmarks were not seen.
+    linearly. Nothing is interpolated across a dropped frame or an unseen landmark: there
+    the grid holds NaN with score 0, as it does where landmarks were not seen. Only the camera's path is, its
+    centre linearly.
 
     Args:
         evidence: with T frames at increasing times.
 
     Returns:
         The evidence with G frames at uniform times, and (T,) the nearest grid index of each original frame.
-
-    Raises:
-        InputError: a moving camera, which this does not interpolate.
     """
-    camera = evidence.camera
-    if camera is not None and camera.world_to_camera is not None and camera.world_to_camera.ndim != 2:
-        raise InputError("world_to_camera: found one transform per frame; valid: one (4, 4) for all frames")
     evidence = sides.in_order(evidence)  # before anything is interpolated between two sides
     interval = frame_interval_s(evidence.times_s)
     position = (evidence.times_s - evidence.times_s[0]) / interval  # (T,)
     count = int(np.floor(position[-1] + TAKE_OVER_MAX)) + 1
+    grid_s = evidence.times_s[0] + interval * np.arange(count)
     near = _neighbours(position, count)
     points, scores = evidence.keypoints_px, evidence.scores[..., None]
     seen = ~np.isnan(points).any(-1, keepdims=True)  # (T, J, 1)
     on_grid = replace(
         evidence,
-        times_s=evidence.times_s[0] + interval * np.arange(count),
+        times_s=grid_s,
         keypoints_px=_lerp(points, near),
         scores=np.nan_to_num(_lerp(np.where(seen, scores, np.nan), near))[..., 0],
         joints_m=_lerp(evidence.joints_m, near),
-        rotations=None if evidence.rotations is None else _slerp(evidence.rotations, near),
+        camera=None
+        if evidence.camera is None
+        else cameras.resampled(evidence.camera, evidence.times_s, grid_s),
     )
     return on_grid, np.clip(np.rint(position), 0, count - 1).astype(np.int64)
 
@@ -138,14 +135,3 @@ def _lerp(values: Array, near: _Neighbours) -> Array:
     """(T, M, D) → (G, M, D)."""
     a, b, f = values[near.before], values[near.after], near.fraction[:, None, None]
     return _choose(a, b, np.where(f == 0, a, np.where(f == 1, b, (1 - f) * a + f * b)), near)
-
-
-def _slerp(quaternions: Array, near: _Neighbours) -> Array:
-    """(T, B, 4) → (G, B, 4)."""
-    a, b, f = quaternions[near.before], quaternions[near.after], near.fraction[:, None]
-    known = ~(np.isnan(a) | np.isnan(b)).any(-1, keepdims=True)  # (G, B, 1)
-    identity = np.array([1.0, 0.0, 0.0, 0.0])
-    safe_a, safe_b = np.where(known, a, identity), np.where(known, b, identity)
-    turned = rotations.slerp(safe_a, safe_b, np.broadcast_to(f, a.shape[:-1]))
-    f = f[..., None]
-    return _choose(a, b, np.where(f == 0, a, np.where(f == 1, b, turned)), near)

@@ -95,8 +95,6 @@ def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence
             evidence,
             joint_names=(),
             joints_m=np.empty((frames, 0, 3)),
-            rotation_names=(),
-            rotations=None,
         )
     if parts and not evidence.keypoint_names and not evidence.joint_names:
         raise InputError(f"{source}: --ignore leaves nothing; valid: keep 2D landmarks or a 3D estimate")
@@ -157,5 +155,5 @@ def _unknown(seen: Evidence) -> Evidence:
     blind = readers.unknown_camera(seen)
     if blind.camera is None:
         return blind
-    line = f"camera: hidden, focal length {blind.camera.matrix_px[0, 0]:.0f} px"
+    line = f"camera: hidden, focal length {blind.camera.lens.matrix_px[0, 0]:.0f} px"
     return replace(blind, reading="\n".join(filter(None, (seen.reading, line))))

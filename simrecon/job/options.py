@@ -26,6 +26,7 @@ def option(
     choices: tuple[str, ...] | None = None,
     flag: str = "",
     metavar: str | None = None,
+    example: str = "",
     file: bool = False,
 ) -> Any:
     """A field that is an option.
@@ -37,6 +38,7 @@ def option(
         choices: all valid words.
         flag: of the command line, if it is not `--` and the name of the field.
         metavar: what stands for the value in help.
+        example: of a value whose form the message of an error should show.
         file: the value is a path; in a job file relative paths begin at its folder.
     """
     low, high = bounds or (None, None)
@@ -48,6 +50,7 @@ def option(
         help=text,
         flag=flag,
         metavar=metavar,
+        example=example,
         file=file,
     )
 
@@ -79,6 +82,7 @@ class Reading:
         None,
         bounds=(16, 100_000),
         flag="--size",
+        example="1920x1080",
         metavar="WxH",
         text="image size in pixels [that of --video]",
     )
@@ -96,6 +100,7 @@ class Reading:
         None,
         bounds=(0.0, 100_000.0),
         flag="--person-at",
+        example="640,360",
         metavar="X,Y",
         text="of a video: pixel of the first frame where the person is",
     )

@@ -58,7 +58,8 @@ class Option:
             return self._checked(lambda: tables.from_text(self.key, plain.strip(), ""))
         except InputError as error:  # the value that was read may not look like the word
             valid = str(error).split(", found ")[0]
-            raise InputError(f"{valid}, found {word!r}") from error
+            example = f", such as {self.rules['example']}" if self.rules.get("example") else ""
+            raise InputError(f"{valid}{example}, found {word!r}") from error
 
     def check(self, value: Any) -> Any:
         """A value of TOML in the type of the option.

@@ -45,7 +45,7 @@ def fit(
     skeleton, shape = person.measured(evidence, request, plan)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
-    known_world = evidence.camera is not None and evidence.camera.world_to_camera is not None
+    known_world = evidence.ground_known and evidence.camera is not None and evidence.camera.path is not None
     plan = terms.switched(plan)
     see = observe(evidence, skeleton, points, camera, plan)
     parts = person.primitives_of(skeleton, evidence, shape)

@@ -15,7 +15,7 @@ class Observations:
     Attributes:
         interval_s: between frames.
         rays: (M, T, 2) undistorted detections x/z, y/z; ray_weights: (M, T); ray_sigma: in the same units.
-        world_to_camera: (4, 4) or (T, 4, 4), or None without 2D landmarks.
+        world_to_camera: (T, 4, 4), or None without 2D landmarks.
         joints_m: (M, T, 3) 3D estimate, world axes, relative to its root; joint_weights: (M, T).
         place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
@@ -50,7 +50,7 @@ class Observations:
             self,
             rays=self.rays[:, frames],
             ray_weights=self.ray_weights[:, frames],
-            world_to_camera=camera if camera is None or camera.ndim == 2 else camera[frames],
+            world_to_camera=None if camera is None else camera[frames],
             joints_m=self.joints_m[:, frames],
             joint_weights=self.joint_weights[:, frames],
             place_m=self.place_m[frames],

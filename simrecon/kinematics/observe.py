@@ -67,8 +67,7 @@ def observe(
     """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
     in_world = points.joints_m
     if evidence.joints_frame != "world":
-        transform = world.LEVEL if camera is None else cameras.extrinsics(camera)
-        in_world = (in_world - transform[:3, 3]) @ transform[:3, :3]  # (M, T, 3) Rᵀ (x - t), row vectors
+        in_world = world.in_world(camera, in_world)
     hips = [skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]
     has_hips = np.all(points.known[hips] > 0, axis=0).astype(np.float64)  # (T,)
     root_weights = np.zeros(len(skeleton.point_names))
@@ -78,10 +77,10 @@ def observe(
     ratios = [ours[key] / measured[key] for key in measured if key in ours]
     use_image = bool(evidence.keypoint_names) and camera is not None
     gaussian = prior.gaussian(skeleton)
-    focal = cameras.focal_px(camera) if camera is not None else 1.0
+    focal = cameras.focal_px(camera.lens) if camera is not None else 1.0
     rays = np.zeros_like(points.pixels)
     if use_image and camera is not None:
-        rays = np.nan_to_num(cameras.undistort(camera, points.pixels))
+        rays = np.nan_to_num(cameras.undistort(camera.lens, points.pixels))
     interval = float(evidence.times_s[1] - evidence.times_s[0])
     known_scale = "height" if evidence.height_m else "world" if evidence.joints_frame == "world" else "other"
 

@@ -33,7 +33,7 @@ def start(
         both = see.ray_weights * see.joint_weights
         smooth = DEPTH_SMOOTH_S / see.interval_s
         if not both.any():
-            base, joints_m = _facing_camera(camera, skeleton, frames)
+            base, joints_m = _facing_camera(camera, skeleton)
             place = root.position(see.rays, see.ray_weights, joints_m, camera, smooth)
         else:
             place = root.position(see.rays, both, see.joints_m, camera, smooth)
@@ -44,10 +44,10 @@ def start(
     return Variables(place, rotvecs, 0.0, SOLE_M, np.zeros(lengths), lean), base
 
 
-def _facing_camera(camera: Camera, skeleton: Skeleton, frames: int) -> tuple[Array, Array]:
+def _facing_camera(camera: Camera, skeleton: Skeleton) -> tuple[Array, Array]:
     """Without any 3D estimate: a person who stands upright and faces the camera, relaxed."""
-    forward = -cameras.extrinsics(camera)[2, :3]
-    yaw = float(np.arctan2(forward[1], forward[0]))
-    base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.0, 0.0, yaw]))), (frames, 3, 3))
+    forward = -cameras.extrinsics(camera)[:, 2, :3]  # (T, 3)
+    yaw, level = np.arctan2(forward[:, 1], forward[:, 0]), np.zeros(len(forward))
+    base = rotations.matrix(rotations.exp(np.stack((level, level, yaw), axis=-1)))  # (T, 3, 3)
     offsets = bodies.t_pose_m(skeleton)[skeleton.point_segments] + skeleton.point_offsets_m  # (M, 3)
-    return base, np.broadcast_to((base[0] @ offsets.T).T[:, None], (len(offsets), frames, 3))
+    return base, np.moveaxis(base @ offsets.T, 2, 0)  # (M, T, 3)

@@ -1,4 +1,4 @@
-"""The world in which a clip is fitted: camera as given, or by the 3D estimate, or level."""
+"""The world in which a clip is fitted: camera as the evidence has it, or by the 3D estimate, or level."""
 
 from __future__ import annotations
 
@@ -7,40 +7,52 @@ import numpy as np
 
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 LEVEL = np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """World to camera of a camera at the origin that looks along x and stands upright."""
 
 
 def provisional(evidence: Evidence) -> Camera | None:
-    """The camera with extrinsics, to begin with.
+    """The camera with a path, to begin with.
 
-    Without extrinsics it is placed by the 3D estimate where that is in the world (perspective-n-point over
-    all frames), and taken for upright at the origin otherwise.
+    Without one it is taken for still: placed by the 3D estimate where that is in the world
+    (perspective-n-point over all frames), and upright at the origin otherwise.
     """
     camera = evidence.camera
-    if camera is None or camera.world_to_camera is not None:
+    if camera is None or camera.path is not None:
         return camera
+    return cameras.still(camera.lens, _placed(evidence, camera.lens), len(evidence.times_s))
+
+
+def _placed(evidence: Evidence, lens: Lens) -> Array:
+    """The transform (4, 4) of a camera that stands still."""
     shared = [name for name in evidence.joint_names if name in evidence.keypoint_names]
     if evidence.joints_frame != "world" or len(shared) < 4:
-        return cameras.with_extrinsics(camera, LEVEL)
+        return LEVEL
     world = evidence.joints_m[:, [evidence.joint_names.index(name) for name in shared]].reshape(-1, 3)
     pixels = evidence.keypoints_px[:, [evidence.keypoint_names.index(name) for name in shared]].reshape(-1, 2)
     known = np.isfinite(world).all(axis=1) & np.isfinite(pixels).all(axis=1)
     if known.sum() < 6:
-        return cameras.with_extrinsics(camera, LEVEL)
+        return LEVEL
     solved, rotvec, translation = cv2.solvePnP(
-        world[known], pixels[known], camera.matrix_px, camera.distortion, flags=cv2.SOLVEPNP_SQPNP
+        world[known], pixels[known], lens.matrix_px, lens.distortion, flags=cv2.SOLVEPNP_SQPNP
     )
     transform = np.eye(4)
     transform[:3, :3] = rotations.matrix(rotations.exp(np.ravel(rotvec)))
     transform[:3, 3] = np.ravel(translation)
-    return cameras.with_extrinsics(camera, transform if solved else LEVEL)
+    return transform if solved else LEVEL
+
+
+def in_world(camera: Camera | None, points_m: Array) -> Array:
+    """Points (M, T, 3) of the camera's frame in the world; without a camera, of one that stands level."""
+    if camera is None:
+        return np.asarray((points_m - LEVEL[:3, 3]) @ LEVEL[:3, :3])
+    return cameras.to_world(camera, points_m)
 
 
 def moved(camera: Camera | None, transform: Array) -> Camera | None:
     """The camera after the world was moved by `transform` (4, 4)."""
     if camera is None:
         return None
-    return cameras.with_extrinsics(camera, cameras.extrinsics(camera) @ np.linalg.inv(transform))
+    return cameras.with_path(camera, cameras.extrinsics(camera) @ np.linalg.inv(transform))

@@ -132,11 +132,12 @@ def _foot_clearance(run: Reconstruction) -> Array:
 
 def _mpjpe_2d(run: Reconstruction) -> float | None:
     """Mean reprojection error of the motion's points, px; None without 2D landmarks or a camera."""
-    evidence, camera, kept = run.evidence, run.fit.camera, run.motion.status == SIMULATED
-    if camera is None or not evidence.keypoint_names:
+    evidence, kept = run.evidence, run.motion.status == SIMULATED
+    if run.fit.camera is None or not evidence.keypoint_names:
         return None
     points = names.resolve(evidence.keypoint_names)
     known = points != names.IGNORED
+    camera = cameras.resampled(run.fit.camera, run.fit.times_s, run.motion.times_s[kept])
     shown = cameras.project(camera, run.motion.joints_m[kept][:, points[known]])
     return float(metrics.mpjpe_2d(shown, evidence.keypoints_px[kept][:, known]))
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from simrecon import job as jobs
 from simrecon import scene as scenes
 from simrecon.drawing import overlay
+from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
 from simrecon.job import Job
 from simrecon.job.inputs import background
@@ -53,13 +54,13 @@ def write(job: Job, run: Reconstruction, calibration: Calibration | None = None)
 
 def clip(run: Reconstruction) -> overlay.Clip:
     """What is drawn of a run."""
-    motion, evidence = run.motion, run.evidence
+    motion, evidence, camera = run.motion, run.evidence, run.fit.camera
     seen = bool(evidence.keypoint_names)
     return overlay.Clip(
         model=run.problem.model,
         times_s=motion.times_s,
         qpos=motion.qpos,
-        camera=run.fit.camera,
+        camera=None if camera is None else cameras.resampled(camera, run.fit.times_s, motion.times_s),
         keypoints_px=evidence.keypoints_px if seen else None,
         scores=evidence.scores if seen else None,
         contact_point_m=motion.contact_point_m,

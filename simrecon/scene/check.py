@@ -1,4 +1,4 @@
-"""Which things a motion goes through, when and how deep."""
+"""Which items a motion goes through, when and how deep."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.scene import mjcf
+from simrecon.sim import contacts
+from simrecon.sim.poses import touching
 from simrecon.types import Array, IntArray, Scene
 
 START_MAX_M = 0.1
-"""A thing deeper than this in the person at the first frame is in the wrong place."""
+"""An item deeper than this in the person at the first frame is in the wrong place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Penetration:
-    """How a motion goes through one thing.
+    """How a motion goes through one item.
 
     Attributes:
-        name: of the thing, or `ground`.
+        name: of the item, or `ground`.
         depth_m: (T,) depth of its deepest contact with the person, 0 without.
         parts: T names of the part of the body that is deepest, empty without contact.
     """
@@ -42,34 +44,37 @@ class Penetration:
 
 
 def penetrations(model: mujoco.MjModel, scene: Scene, qpos: Array) -> tuple[Penetration, ...]:
-    """Depths in the ground and in every thing, deepest first; a thing that is never touched is left out.
+    """Depths in the ground and in every item, deepest first; an item that is never touched is left out.
 
     Args:
         model: of person and scene.
         scene: that it was built from.
         qpos: (T, nq) configurations of the model.
     """
-    things = (mjcf.GROUND_GEOM, *(item.name for item in scene.items))
-    owners = _owners(model, scene, things)
-    depth = np.zeros((len(things), len(qpos)))
+    names = (*(item.name for item in scene.items), mjcf.GROUND_GEOM)
+    own_row = owners(model, scene)
+    person = np.where(own_row < 0, np.arange(model.ngeom), -1)  # each geom of the person is a part
+    depth = np.zeros((len(names), len(qpos)))
     part = np.full(depth.shape, -1)
-    data = mujoco.MjData(model)
-    for frame, configuration in enumerate(qpos):
-        data.qpos[:] = configuration
-        mujoco.mj_fwdPosition(model, data)
-        pair = owners[data.contact.geom].reshape(-1, 2)  # (ncon, 2)
-        for row in np.flatnonzero((pair >= 0).sum(axis=1) == 1):
-            thing = int(pair[row].max())
-            deep = -float(data.contact.dist[row])
-            if deep > depth[thing, frame]:
-                depth[thing, frame] = deep
-                part[thing, frame] = data.contact.geom[row][int(np.argmin(pair[row]))]
-    found = [
+    for frame, data in enumerate(touching(model, qpos)):
+        inside = contacts.find(data, person)
+        rows = own_row[inside.other]
+        for row, geom, deep in zip(rows, inside.part, inside.depth_m, strict=True):
+            if deep > depth[row, frame]:
+                depth[row, frame], part[row, frame] = deep, geom
+    entries = [
         Penetration(name, depth[i], tuple(model.geom(p).name if p >= 0 else "" for p in part[i]))
-        for i, name in enumerate(things)
+        for i, name in enumerate(names)
         if depth[i].any()
     ]
-    return tuple(sorted(found, key=lambda entry: -entry.depth_m.max()))
+    return tuple(sorted(entries, key=lambda entry: -entry.depth_m.max()))
+
+
+def owners(model: mujoco.MjModel, scene: Scene) -> IntArray:
+    """Index of the item that each geom belongs to (ngeom,); that after the last: the ground, -1: a person."""
+    names = [*(item.name for item in scene.items), mjcf.GROUND_GEOM]
+    by_geom = [mjcf.owner(model.geom(i).name, scene) for i in range(model.ngeom)]
+    return np.array([-1 if name is None else names.index(name) for name in by_geom], np.int64)
 
 
 def refuse_start(model: mujoco.MjModel, scene: Scene, qpos: Array) -> None:
@@ -81,19 +86,13 @@ def refuse_start(model: mujoco.MjModel, scene: Scene, qpos: Array) -> None:
         qpos: (nq,) of the first frame.
 
     Raises:
-        InputError: a thing does; it names thing, part and depth.
+        InputError: an item does; the message names item, part and depth.
     """
-    for found in penetrations(model, scene, qpos[None]):
-        if found.name != mjcf.GROUND_GEOM and found.depth_m[0] > START_MAX_M:
-            deep = 1e3 * float(found.depth_m[0])
+    for entry in penetrations(model, scene, qpos[None]):
+        if entry.name != mjcf.GROUND_GEOM and entry.depth_m[0] > START_MAX_M:
+            deep = 1e3 * float(entry.depth_m[0])
             raise InputError(
-                f"scene: item {found.name!r} goes {deep:.0f} mm through the person ({found.parts[0]}) at "
+                f"scene: item {entry.name!r} goes {deep:.0f} mm through the person ({entry.parts[0]}) at "
                 f"the first frame, more than {1e3 * START_MAX_M:.0f} mm: move it; `simrecon scene show` "
                 f"draws it"
             )
-
-
-def _owners(model: mujoco.MjModel, scene: Scene, things: tuple[str, ...]) -> IntArray:
-    """Row of `things` for every geom (ngeom,), -1 for the person's."""
-    names = [mjcf.owner(model.geom(i).name, scene) for i in range(model.ngeom)]
-    return np.array([-1 if name is None else things.index(name) for name in names], np.int64)

@@ -30,6 +30,15 @@ def posed(model: mujoco.MjModel, qpos: Array, qvel: Array | None = None) -> Iter
         yield data
 
 
+def touching(model: mujoco.MjModel, qpos: Array) -> Iterator[mujoco.MjData]:
+    """Data at each configuration (T, nq), with contacts too; one object, overwritten at each."""
+    data = mujoco.MjData(model)
+    for configuration in qpos:
+        data.qpos[:] = configuration
+        mujoco.mj_fwdPosition(model, data)
+        yield data
+
+
 def at_rest(model: mujoco.MjModel) -> mujoco.MjData:
     """Data at the model's own configuration `qpos0`."""
     return next(posed(model, model.qpos0[None]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from simrecon.types.arrays import Array, IntArray
 from simrecon.types.body import Body, Primitive, Skeleton
-from simrecon.types.camera import Camera
+from simrecon.types.camera import Camera, Lens
 from simrecon.types.evidence import Evidence
 from simrecon.types.motion import Motion, Report
 from simrecon.types.reference import KinematicFit, Reference
@@ -27,6 +27,7 @@ __all__ = [
     "Handover",
     "IntArray",
     "KinematicFit",
+    "Lens",
     "Motion",
     "Primitive",
     "Reference",

@@ -1,4 +1,4 @@
-"""The camera that saw a clip."""
+"""The camera that saw a clip: a lens, and the path along which it was carried."""
 
 from __future__ import annotations
 
@@ -8,17 +8,29 @@ from simrecon.types.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Camera:
-    """A calibrated camera.
+class Lens:
+    """Intrinsics: a pinhole with OpenCV's distortion.
 
     Attributes:
         matrix_px: (3, 3) intrinsic matrix K.
         distortion: (5,) OpenCV coefficients k1 k2 p1 p2 k3.
-        world_to_camera: (4, 4) or (T, 4, 4) rigid transform, or None where the extrinsics are unknown.
         image_size_px: (width, height).
     """
 
     matrix_px: Array
     distortion: Array
-    world_to_camera: Array | None
     image_size_px: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A calibrated camera.
+
+    Attributes:
+        lens: its intrinsics.
+        path: (T, 4, 4) extrinsics, the rigid transform world → camera of each frame of the evidence; a camera
+            that stands still repeats its own. None where the extrinsics are unknown.
+    """
+
+    lens: Lens
+    path: Array | None = None

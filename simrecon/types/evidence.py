@@ -20,9 +20,10 @@ class Evidence:
         joint_names: K names, empty without a 3D estimate.
         joints_m: (T, K, 3), NaN = unknown.
         joints_frame: `world`, `camera` or `camera_root_relative`.
-        rotation_names, rotations: B names and (T, B, 4) local joint rotations, or None.
         betas, mass_kg, height_m: what is known of the person, or None.
-        camera: None where no intrinsics are given.
+        camera: None where no intrinsics are known.
+        ground_known: whether the scene's ground is where the world of the camera's path has it; if not, it is
+            estimated, as it is without a path.
         sha256: of the file it was read from, `""` if made in memory.
         reading: how a foreign file was understood: format, frame, up axis, unit, person.
     """
@@ -34,11 +35,10 @@ class Evidence:
     joint_names: tuple[str, ...]
     joints_m: Array
     joints_frame: str
-    rotation_names: tuple[str, ...] = ()
-    rotations: Array | None = None
     betas: Array | None = None
     mass_kg: float | None = None
     height_m: float | None = None
     camera: Camera | None = None
+    ground_known: bool = True
     sha256: str = ""
     reading: str = ""

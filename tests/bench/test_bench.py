@@ -13,8 +13,9 @@ from simrecon import plan as plans
 from simrecon.bench import runner, schema, suite, tables, task
 from simrecon.errors import InputError
 from simrecon.evaluation import fitted
+from simrecon.geometry import camera as cameras
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
-from simrecon.types import Camera, Evidence
+from simrecon.types import Evidence, Lens
 
 SUITE = """
 purpose = "A person stands."
@@ -87,7 +88,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
         names,
         joints,
         "world",
-        camera=Camera(matrix, np.zeros(5), pose, (1280, 720)),
+        camera=cameras.still(Lens(matrix, np.zeros(5), (1280, 720)), pose, 15),
     )
     evidence.write(folder / "stand.npz", given)
     np.savez(
@@ -149,7 +150,7 @@ def test_two_at_once_make_the_same_scores(data: Path, tmp_path: Path) -> None:
 
 
 def test_changed_settings_input_and_damage_run_anew(data: Path, tmp_path: Path) -> None:
-    one = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
+    one: dict[str, Any] = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
     (row,) = run(data, tmp_path, **one)["runs"]
     wider = replace(one["variant"][0], plan={**one["variant"][0].plan, "optimiser.sigma_rad": 0.1})
     (changed,) = run(data, tmp_path, **{**one, "variant": (wider,)})["runs"]

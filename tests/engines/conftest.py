@@ -8,21 +8,24 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, schedule
-from simrecon import scene as scenes
+from simrecon import kinematics, planners, prior, schedule
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.plan import LossWeights, Optimiser, Plan, Recovery, Simulation, WindowPlan
-from simrecon.types import Camera, Evidence, KinematicFit, Scene
+from simrecon.types import Camera, Evidence, KinematicFit, Lens, Scene
 
 FRAMES, FRAME_S = 13, 1 / 30
-CAMERA = Camera(
+LENS = Lens(
     np.array([[800.0, 0.0, 320.0], [0.0, 800.0, 240.0], [0.0, 0.0, 1.0]]),
     np.array([-0.1, 0.02, 0.001, 0.0, 0.0]),
-    np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0], [1.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 1.0]]),
     (640, 480),
 )
+WORLD_TO_CAMERA = np.array(
+    [[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0], [1.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 1.0]]
+)
+CAMERA = cameras.still(LENS, WORLD_TO_CAMERA, FRAMES)
 LOSSES = {
     "com_position": 15.0,
     "com_velocity": 15.0,
@@ -119,8 +122,8 @@ def unseen(frames: int = FRAMES) -> Evidence:
 def clip(plan: Plan, fit: KinematicFit | None = None, evidence: Evidence | None = None) -> Problem:
     fit = standing() if fit is None else fit
     clock = schedule.clock(fit.times_s, plan.simulation.timestep_max_s)
-    mjcf = scenes.build(fit.body.mjcf, fit.scene, clock.step_s)
-    return problems.pose(fit, unseen(len(fit.times_s)) if evidence is None else evidence, mjcf, clock, plan)
+    evidence = unseen(len(fit.times_s)) if evidence is None else evidence
+    return problems.pose(fit, planners.plan("none", fit, evidence, plan), evidence, clock, plan)
 
 
 class Makers:

@@ -92,13 +92,13 @@ def test_a_camera_that_stands_still_has_the_same_row_at_every_frame(make) -> Non
     fit = make.standing(make.camera)
     problem = make.clip(make.settings(), fit)
     assert problem.world_to_camera.shape == (len(fit.times_s), 4, 4)
-    assert (problem.world_to_camera == make.camera.world_to_camera).all()
+    assert (problem.world_to_camera == make.camera.path[0]).all()
     assert make.clip(make.settings()).world_to_camera is None
 
 
 def test_the_path_of_a_camera_that_moves_is_kept(make) -> None:
     fit = make.standing(make.camera)
-    path = np.tile(make.camera.world_to_camera, (len(fit.times_s), 1, 1))
+    path = np.tile(make.camera.path[0], (len(fit.times_s), 1, 1))
     path[:, 0, 3] += np.linspace(0.0, 1.0, len(path))
-    moving = replace(fit, camera=replace(fit.camera, world_to_camera=path))
+    moving = replace(fit, camera=replace(fit.camera, path=path))
     np.testing.assert_array_equal(make.clip(make.settings(), moving).world_to_camera, path)

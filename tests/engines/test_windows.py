@@ -66,7 +66,6 @@ def solve(
         warm_start.from_fit(tracker.problem),
         7,
         solved=solved,
-        begin=lambda _window: None,
         keep=lambda result: kept.append(result.window.index),
     )
     return results, kept
@@ -155,9 +154,7 @@ def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: i
     windows = schedule.cut(problem.clock, problem.plan)
     if known:
         with pytest.raises(KilledError):
-            clip.solve(
-                tracker, windows, warm_start.from_fit(problem), 7, begin=lambda _window: None, keep=keep
-            )
+            clip.solve(tracker, windows, warm_start.from_fit(problem), 7, keep=keep)
     again, _ = solve(Scripted(problem, falls), tuple(state))
     assert [r.window.index for r in again] == [r.window.index for r in whole]
     assert [r.effort for r in again] == [r.effort for r in whole]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simrecon import planners
 from simrecon import replay as motions
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
@@ -26,8 +27,8 @@ def made(standing: Any, scene: Scene, lift_m: float) -> simulated.Simulated:
     fit, before = standing.fit, standing.problem
     qpos = fit.qpos + np.concatenate(([0.0, 0.0, lift_m], np.zeros(fit.qpos.shape[1] - 3)))
     fit = replace(fit, qpos=qpos, scene=scene)
-    mjcf = scenes.build(fit.body.mjcf, scene, before.clock.step_s)
-    problem = problems.pose(fit, standing.evidence, mjcf, before.clock, before.plan)
+    reference = planners.plan("none", fit, standing.evidence, before.plan)
+    problem = problems.pose(fit, reference, standing.evidence, before.clock, before.plan)
     from tests.support.runs import stepped
 
     frames = np.arange(before.clock.frames)

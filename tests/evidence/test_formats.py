@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from simrecon import cli, evidence
-from simrecon.cli import reading
 from simrecon.errors import InputError
 from simrecon.evidence import Options, formats
 from simrecon.evidence.keypoints import layouts
-from simrecon.types import Camera, Evidence
+from simrecon.types import Camera, Lens
 from tests.support import foreign_files as foreign
+from tests.support.reading import observed
 
 T, FPS = foreign.T, foreign.FPS
 K = np.array([[900.0, 0, 640], [0, 900, 360], [0, 0, 1]])
-LENS = Camera(K, np.zeros(5), None, (1280, 720))
+LENS = Camera(Lens(K, np.zeros(5), (1280, 720)))
 
 
 def network(folder: Path) -> Path:
@@ -115,7 +115,7 @@ def test_landmarks_of_another_file_are_joined(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.scores[2:], scores[2:T], atol=1e-6)
     assert np.isnan(found.keypoints_px[:2]).all()
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, K)
+    np.testing.assert_allclose(found.camera.lens.matrix_px, K)
     assert found.joint_names[0] == "pelvis"
     assert found.reading.splitlines()[1] == "AlphaPose: 17 landmarks of 17, for 10 of 12 frames"
 
@@ -152,43 +152,37 @@ def test_evidence_is_checked_whatever_it_was_read_from(tmp_path: Path) -> None:
 # --- the command line
 
 
-def asked(*arguments: str) -> Evidence:
-    return reading.read(cli._parser().parse_args(["run", *arguments, "-o", "unused"]))
-
-
-def test_the_command_line_says_how_it_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = asked(str(network(tmp_path)), "--fps", "30", "--keypoints", str(landmarks(tmp_path)))
-    said = capsys.readouterr()
-    assert said.out == ""
-    first, second = said.err.splitlines()
-    assert first.startswith("read as GVHMR: SMPL-X parameters, frame world, up y (this format's convention)")
-    assert second == "read as AlphaPose: 17 landmarks of 17, for 12 of 12 frames"
-    assert len(found.times_s) == T
+def test_the_reading_says_how_both_files_were_read(tmp_path: Path) -> None:
+    seen = observed(network(tmp_path), "--fps", "30", "--keypoints", str(landmarks(tmp_path)))
+    first, second = seen.reading.splitlines()
+    assert first.startswith("GVHMR: SMPL-X parameters, frame world, up y (this format's convention)")
+    assert second == "AlphaPose: 17 landmarks of 17, for 12 of 12 frames"
+    assert len(seen.times_s) == T
 
 
 def test_a_field_of_view_makes_a_lens(tmp_path: Path) -> None:
-    found = asked(str(landmarks(tmp_path)), "--fps", "30", "--fov", "90", "--size", "1280x720")
+    found = observed(landmarks(tmp_path), "--fps", "30", "--fov", "90", "--size", "1280x720")
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
-    assert found.camera.image_size_px == (1280, 720)
+    np.testing.assert_allclose(found.camera.lens.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
+    assert found.camera.lens.image_size_px == (1280, 720)
 
 
 def test_a_video_gives_rate_and_size(tmp_path: Path) -> None:
     video = Path(__file__).resolve().parents[2] / "simrecon" / "example" / "beam.mp4"
-    found = asked(str(landmarks(tmp_path)), "--video", str(video), "--fov", "60")
+    found = observed(landmarks(tmp_path), "--video", str(video), "--fov", "60")
     np.testing.assert_allclose(np.diff(found.times_s), 1 / 60, rtol=1e-3)
     assert found.camera is not None
-    assert found.camera.image_size_px[0] > 0
+    assert found.camera.lens.image_size_px[0] > 0
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--fov", "90"], "--fov: found no image size"),
-        (["--fov", "400"], "--fov: found '400'"),
-        (["--size", "1280"], "--size: found '1280'"),
-        (["--up", "w"], "argument --up: invalid choice"),
-        (["--format", "fbx"], "argument --format: invalid choice"),
+        (["--fov", "400"], "--fov: must be a number from 1 to 170, found '400'"),
+        (["--size", "1280"], "such as 1920x1080, found '1280'"),
+        (["--up", "w"], "argument --up: must be one of x, y, z"),
+        (["--format", "fbx"], "argument --format: must be one of evidence, wham"),
         ([], "frame rate: found none in the file"),
     ],
 )

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from simrecon.cli import reading
 from simrecon.errors import InputError
 from simrecon.evidence import unknown_camera
-from simrecon.types import Camera, Evidence
+from simrecon.geometry import camera as cameras
+from simrecon.types import Camera, Evidence, Lens
+from tests.support.reading import observed
 
 
 def seen(camera: Camera | None) -> Evidence:
@@ -24,24 +24,18 @@ def seen(camera: Camera | None) -> Evidence:
 
 def test_lens_and_place_are_hidden() -> None:
     matrix = np.array([[900.0, 0, 500], [0, 900.0, 300], [0, 0, 1]])
-    hidden = unknown_camera(seen(Camera(matrix, np.full(5, 0.1), np.eye(4), (800, 600)))).camera
+    hidden = unknown_camera(
+        seen(cameras.still(Lens(matrix, np.full(5, 0.1), (800, 600)), np.eye(4), 3))
+    ).camera
     assert hidden is not None
-    np.testing.assert_array_equal(hidden.matrix_px, [[1000, 0, 399.5], [0, 1000, 299.5], [0, 0, 1]])
-    assert not hidden.distortion.any()
-    assert hidden.world_to_camera is None
+    np.testing.assert_array_equal(hidden.lens.matrix_px, [[1000, 0, 399.5], [0, 1000, 299.5], [0, 0, 1]])
+    assert not hidden.lens.distortion.any()
+    assert hidden.path is None
 
 
 def test_landmarks_need_an_image_size() -> None:
     with pytest.raises(InputError, match="--size"):
         unknown_camera(seen(None))
-
-
-def options(path: Path, *given: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("input")
-    parser.add_argument("--video")
-    reading.add(parser)
-    return parser.parse_args([str(path), *given])
 
 
 @pytest.fixture
@@ -61,16 +55,16 @@ def keypoints(tmp_path: Path) -> Path:
 def test_landmarks_of_an_unknown_lens_need_only_the_size_of_the_image(keypoints: Path) -> None:
     size = ("--fps", "30", "--size", "800x600")
     with pytest.raises(InputError, match="no lens"):
-        reading.read(options(keypoints, *size))
-    found = reading.read(options(keypoints, *size, "--unknown-camera"))
+        observed(keypoints, *size)
+    found = observed(keypoints, *size, "--unknown-camera")
     assert found.camera is not None
-    assert found.camera.matrix_px[0, 0] == 1000.0
-    assert found.camera.image_size_px == (800, 600)
+    assert found.camera.lens.matrix_px[0, 0] == 1000.0
+    assert found.camera.lens.image_size_px == (800, 600)
 
 
 def test_the_size_of_a_video_will_do(keypoints: Path) -> None:
     video = Path(__file__).parents[2] / "simrecon" / "example" / "beam.mp4"
-    found = reading.read(options(keypoints, "--video", str(video), "--unknown-camera"))
+    found = observed(keypoints, "--video", str(video), "--unknown-camera")
     assert found.camera is not None
-    width, height = found.camera.image_size_px
-    assert found.camera.matrix_px[0, 0] == pytest.approx(np.hypot(width, height))
+    width, height = found.camera.lens.image_size_px
+    assert found.camera.lens.matrix_px[0, 0] == pytest.approx(np.hypot(width, height))

@@ -14,11 +14,11 @@ from simrecon.body import names as body_names
 from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.evidence.keypoints import layouts, people3d
-from simrecon.types import Camera
+from simrecon.types import Camera, Lens
 from tests.support import foreign_files as foreign
 
 T, FPS = foreign.T, foreign.FPS
-LENS = Camera(np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]]), np.zeros(5), None, (640, 480))
+LENS = Camera(Lens(np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]]), np.zeros(5), (640, 480)))
 ASKED = Options(fps=FPS, camera=LENS)
 
 
@@ -139,7 +139,7 @@ def test_round_trip(tmp_path: Path, name: str) -> None:
     if name != "COCO dataset":
         np.testing.assert_allclose(found.scores, scores[:, keep], atol=1e-6)
     np.testing.assert_allclose(found.times_s, (np.arange(T) + 5) / FPS, atol=1e-9)
-    assert found.camera is LENS or found.camera.image_size_px == (640, 480)
+    assert found.camera is LENS or found.camera.lens.image_size_px == (640, 480)
     assert found.reading.split(":")[0].split("/")[0] in (
         "OpenPose",
         "COCO",
@@ -389,9 +389,9 @@ def test_sam_3d_body_round_trip(tmp_path: Path, kind: str) -> None:
     np.testing.assert_allclose(found.keypoints_px, seen(shape + place[:, None], FOCAL)[:, keep], atol=1e-2)
     assert found.camera is not None
     np.testing.assert_allclose(
-        found.camera.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=0.05
+        found.camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=0.05
     )
-    assert found.camera.image_size_px == SIZE
+    assert found.camera.lens.image_size_px == SIZE
 
 
 def test_sam_3d_body_with_a_focal_length_for_every_frame_has_one_lens(tmp_path: Path) -> None:
@@ -442,12 +442,12 @@ def test_phalp_round_trip(tmp_path: Path) -> None:
     assert found.joints_frame == "camera_root_relative"
     np.testing.assert_allclose(found.joints_m, (shape - hips)[:, :25], atol=1e-6)
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.matrix_px[0, 0], 25000, rtol=1e-4)
-    np.testing.assert_allclose(found.camera.matrix_px[:2, 2], [640, 360], atol=0.1)
+    np.testing.assert_allclose(found.camera.lens.matrix_px[0, 0], 25000, rtol=1e-4)
+    np.testing.assert_allclose(found.camera.lens.matrix_px[:2, 2], [640, 360], atol=0.1)
     assert "nearly orthographic" in found.reading
     real = evidence.read(phalp(tmp_path), ASKED)
     assert real.camera is not None
-    assert real.camera.matrix_px[0, 0] == 800
+    assert real.camera.lens.matrix_px[0, 0] == 800
 
 
 def test_phalp_leaves_out_frames_in_which_the_person_was_not_seen(tmp_path: Path) -> None:
@@ -490,6 +490,8 @@ def test_a_lens_is_found_again() -> None:
     shape, place = body(30)
     joints = shape + place[:, None]
     camera, off = people3d.lens(joints, seen(joints, FOCAL), None)
-    np.testing.assert_allclose(camera.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=1e-6)
+    np.testing.assert_allclose(
+        camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=1e-6
+    )
     assert off < 1e-6
     assert people3d.lens(joints, seen(joints, FOCAL)[:, ::-1], None)[1] > 50

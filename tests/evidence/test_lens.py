@@ -42,13 +42,13 @@ def test_pose2sim(tmp_path) -> None:
     )
     path = written(tmp_path, text, "Calib_scene.toml")
     found, how = lens.read(path, name="cam_02")
-    np.testing.assert_allclose(found.matrix_px, K * [[2], [2], [1]])
-    np.testing.assert_allclose(found.distortion, [*DISTORTION[:4], 0])
-    assert found.image_size_px == (1000, 800)
-    np.testing.assert_allclose(cameras.centre_m(found), CENTRE, atol=1e-9)
+    np.testing.assert_allclose(found.lens.matrix_px, K * [[2], [2], [1]])
+    np.testing.assert_allclose(found.lens.distortion, [*DISTORTION[:4], 0])
+    assert found.lens.image_size_px == (1000, 800)
+    np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
     assert how == "Calib_scene.toml, camera cam_02, focal length 1810 px, with its pose, world z up"
     by_name, how = lens.read(path, hint="clips/walk_cam02.mp4")
-    np.testing.assert_allclose(by_name.matrix_px, found.matrix_px)
+    np.testing.assert_allclose(by_name.lens.matrix_px, found.lens.matrix_px)
     assert "cam_02 (by the video's name)" in how
     with pytest.raises(InputError, match="found 2 cameras; valid: --camera-name with one of cam_01, cam_02"):
         lens.read(path, hint="walk.mp4")
@@ -63,7 +63,7 @@ def test_caliscope(tmp_path, nested) -> None:
     )
     text += section("cam_1", extra="ignore = true\n")
     found, _ = lens.read(written(tmp_path, text.replace("[cam", "[cameras.cam") if nested else text))
-    np.testing.assert_allclose(cameras.centre_m(found), CENTRE, atol=1e-9)
+    np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
 
 
 def test_a_world_with_another_up_axis_is_asked_for(tmp_path) -> None:
@@ -74,7 +74,7 @@ def test_a_world_with_another_up_axis_is_asked_for(tmp_path) -> None:
     ):
         lens.read(path)
     found, how = lens.read(path, up="y")
-    np.testing.assert_allclose(found.world_to_camera[:3, :3], ROTATION, atol=1e-9)
+    np.testing.assert_allclose(found.path[0, :3, :3], ROTATION, atol=1e-9)
     assert "world y up" in how
 
 
@@ -83,11 +83,11 @@ def test_own_file(tmp_path) -> None:
     pose[:3, :3], pose[:3, 3] = ROTATION, TRANSLATION
     text = f"image_size_px = [1000, 800]\nfocal_px = 900\nworld_to_camera = {pose.tolist()}\n"
     found, how = lens.read(written(tmp_path, text))
-    np.testing.assert_allclose(found.matrix_px, [[900, 0, 499.5], [0, 900, 399.5], [0, 0, 1]])
-    np.testing.assert_allclose(found.world_to_camera, pose)
+    np.testing.assert_allclose(found.lens.matrix_px, [[900, 0, 499.5], [0, 900, 399.5], [0, 0, 1]])
+    np.testing.assert_allclose(found.path, [pose])
     assert "with its pose" in how
     plain, how = lens.read(written(tmp_path, f"image_size_px = [1000, 800]\nmatrix_px = {K.tolist()}\n"))
-    assert plain.world_to_camera is None
+    assert plain.path is None
     assert "the floor is estimated" in how
 
 
@@ -103,10 +103,10 @@ def test_opencv(tmp_path, suffix) -> None:
     storage.write("tvec", TRANSLATION)
     storage.release()
     found, _ = lens.read(path)
-    np.testing.assert_allclose(found.matrix_px, K)
-    np.testing.assert_allclose(found.distortion, DISTORTION)
-    assert found.image_size_px == (1000, 800)
-    np.testing.assert_allclose(cameras.centre_m(found), CENTRE, atol=1e-9)
+    np.testing.assert_allclose(found.lens.matrix_px, K)
+    np.testing.assert_allclose(found.lens.distortion, DISTORTION)
+    assert found.lens.image_size_px == (1000, 800)
+    np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
 
 
 def test_ros_yaml(tmp_path) -> None:
@@ -116,9 +116,9 @@ def test_ros_yaml(tmp_path) -> None:
         f"  data: {DISTORTION}\n"
     )
     found, _ = lens.read(written(tmp_path, text, "left.yaml"))
-    np.testing.assert_allclose(found.matrix_px, K)
-    np.testing.assert_allclose(found.distortion, DISTORTION)
-    assert found.image_size_px == (1000, 800)
+    np.testing.assert_allclose(found.lens.matrix_px, K)
+    np.testing.assert_allclose(found.lens.distortion, DISTORTION)
+    assert found.lens.image_size_px == (1000, 800)
 
 
 def test_scaled_to_the_video(tmp_path) -> None:
@@ -127,7 +127,7 @@ def test_scaled_to_the_video(tmp_path) -> None:
     assert "scaled by 0.5 from 1000 x 800" in how
     ray = np.array([0.2, -0.1])
     whole, _ = lens.read(path)
-    big, small = cameras.distort(whole, ray), cameras.distort(found, ray)
+    big, small = cameras.distort(whole.lens, ray), cameras.distort(found.lens, ray)
     np.testing.assert_allclose(small + 0.5, (big + 0.5) / 2)
     with pytest.raises(InputError, match=r"1000 x 800 px for images of 800 x 1000 \(a turned camera\?\)"):
         lens.read(path, size_px=(800, 1000))

@@ -64,7 +64,7 @@ def test_evidence_says_that_its_world_is_known(trials: dict[str, opensim.Markers
     assert made.joints_frame == "world"
     assert made.mass_kg == 60.1
     assert made.camera is not None
-    assert made.camera.world_to_camera is not None
+    assert made.camera.path is not None
 
 
 def test_missing_markers_are_named(trials: dict[str, opensim.Markers]) -> None:

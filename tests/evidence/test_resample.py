@@ -3,23 +3,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simrecon.errors import InputError
 from simrecon.evidence import resample, visibility
 from simrecon.evidence.resample import frame_interval_s
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 
 def moving(times_s: Array) -> Evidence:
     """Two landmarks and one joint on straight lines, and one joint turning at 1 rad/s about x."""
     times_s = np.asarray(times_s, float)
     line = np.stack((100 + 50 * times_s, 300 - 20 * times_s), axis=-1)  # (T, 2)
-    half = 0.5 * times_s
-    turn = np.stack((np.cos(half), np.sin(half), 0 * half, 0 * half), axis=-1)
     return Evidence(
         times_s=times_s,
         keypoint_names=("nose", "neck"),
@@ -28,8 +25,6 @@ def moving(times_s: Array) -> Evidence:
         joint_names=("pelvis",),
         joints_m=np.stack((times_s, 2 * times_s, 1 - times_s), axis=-1)[:, None],
         joints_frame="world",
-        rotation_names=("spine",),
-        rotations=turn[:, None],
     )
 
 
@@ -39,10 +34,8 @@ def assert_on_the_lines(evidence: Evidence, seen: Array) -> None:
     seen = np.asarray(seen, bool)
     np.testing.assert_allclose(evidence.keypoints_px[seen], want.keypoints_px[seen], rtol=0, atol=2e-3)
     np.testing.assert_allclose(evidence.joints_m[seen], want.joints_m[seen], rtol=0, atol=1e-4)
-    angle = rotations.angle_between(evidence.rotations[seen], want.rotations[seen])
-    np.testing.assert_allclose(angle, 0, atol=4e-5)
     np.testing.assert_allclose(evidence.scores[seen], 0.8)
-    for values in (evidence.keypoints_px, evidence.joints_m, evidence.rotations):
+    for values in (evidence.keypoints_px, evidence.joints_m):
         assert np.isnan(values[~seen]).all()
     assert not evidence.scores[~seen].any()
 
@@ -58,7 +51,7 @@ def test_constant_rate_only_snaps_the_times(
     np.testing.assert_allclose(np.diff(on_grid.times_s), np.diff(on_grid.times_s).mean(), rtol=1e-9)
     np.testing.assert_allclose(on_grid.times_s, evidence.times_s, atol=2e-3 / rate)
     np.testing.assert_array_equal(index, np.arange(count))
-    for name in ("keypoints_px", "scores", "joints_m", "rotations"):
+    for name in ("keypoints_px", "scores", "joints_m"):
         np.testing.assert_array_equal(getattr(on_grid, name), getattr(evidence, name))
 
 
@@ -110,11 +103,10 @@ def test_unseen_landmarks_are_not_interpolated() -> None:
     np.testing.assert_allclose(on_grid.keypoints_px[1, 1], moving(np.array([1 / 30])).keypoints_px[0, 1])
 
 
-def test_no_3d_and_no_rotations() -> None:
+def test_no_3d() -> None:
     evidence = replace(moving(np.arange(5) / 30), joint_names=(), joints_m=np.empty((5, 0, 3)))
-    on_grid, _ = resample(replace(evidence, rotation_names=(), rotations=None))
+    on_grid, _ = resample(evidence)
     assert on_grid.joints_m.shape == (5, 0, 3)
-    assert on_grid.rotations is None
 
 
 def test_the_given_evidence_is_not_changed() -> None:
@@ -125,10 +117,28 @@ def test_the_given_evidence_is_not_changed() -> None:
     np.testing.assert_array_equal(evidence.keypoints_px, before)
 
 
-def test_a_moving_camera_is_refused() -> None:
-    camera = Camera(np.eye(3), np.zeros(5), np.tile(np.eye(4), (5, 1, 1)), (640, 480))
-    with pytest.raises(InputError, match=r"valid: one \(4, 4\)"):
-        resample(replace(moving(np.arange(5) / 30), camera=camera))
+def carried(times_s: Array) -> Camera:
+    """A camera that turns at 0.4 rad/s about an oblique axis while its centre moves on a line."""
+    path = np.tile(np.eye(4), (len(times_s), 1, 1))
+    path[:, :3, :3] = rotations.matrix(rotations.exp(0.4 * times_s[:, None] * [0.6, 0.0, 0.8]))
+    centre = np.stack((1 + times_s, -2 * times_s, 3 + 0 * times_s), axis=-1)
+    path[:, :3, 3] = -(path[:, :3, :3] @ centre[..., None])[..., 0]
+    return Camera(Lens(np.eye(3), np.zeros(5), (640, 480)), path)
+
+
+def test_a_moving_camera_is_interpolated() -> None:
+    times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0, 7.7, 9.0, 10.0]) / 30
+    on_grid, _ = resample(replace(moving(times_s), camera=carried(times_s)))
+    expected = carried(on_grid.times_s).path
+    np.testing.assert_allclose(on_grid.camera.path, expected, atol=1e-12)
+
+
+def test_a_still_camera_stays_where_it_is() -> None:
+    times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0]) / 30
+    where = carried(times_s).path[3]
+    camera = cameras.still(carried(times_s).lens, where, len(times_s))
+    on_grid, _ = resample(replace(moving(times_s), camera=camera))
+    np.testing.assert_array_equal(on_grid.camera.path, np.tile(where, (len(on_grid.times_s), 1, 1)))
 
 
 def test_visibility() -> None:

@@ -10,21 +10,21 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence
-from simrecon.cli import run
-from simrecon.errors import InputError
+from simrecon import cli, evidence, running
+from simrecon.errors import InputError, SimreconError
 from simrecon.evidence import Options
 from simrecon.evidence.content import open_content
 from simrecon.evidence.video import detection, frames, metadata, networks, weights
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.tracker import Choice
-from simrecon.types import Camera
+from simrecon.job import Job, inputs
+from simrecon.types import Camera, Lens
 from tests.support import video_files as files
 from tests.support.video_files import GREEN, RED
 
 
 def lens(size=(160, 120)) -> Camera:
-    return Camera(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), None, size)
+    return Camera(Lens(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), size))
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def test_a_video_gives_the_landmarks_of_another_estimate(clip, tmp_path) -> None
     evidence.write(tmp_path / "estimate.npz", bare)
     found = evidence.read(tmp_path / "estimate.npz", keypoints=clip)  # through that file's lens
     np.testing.assert_allclose(found.keypoints_px, estimate.keypoints_px, atol=1e-4)
-    assert found.camera.matrix_px[0, 0] == 150
+    assert found.camera.lens.matrix_px[0, 0] == 150
     assert "lens: that of estimate.npz" in found.reading
 
 
@@ -213,22 +213,23 @@ def test_missing_weights_are_one_line_and_status_2(clip, tmp_path, monkeypatch, 
 
 @fake
 def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, capsys) -> None:
-    made = []
+    passed = []
 
-    def stand_in(options, given, *_args, **_named):
-        made.append((options.input, options.video, given))
-        return 0
+    def stand_in(seen, *_):
+        passed.append(seen)
+        raise SimreconError("far enough")
 
-    monkeypatch.setattr(run, "_make", stand_in)
+    monkeypatch.setattr(running, "reconstruct", stand_in)
     out = tmp_path / "new" / "out"
-    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == 0
-    ((path, video, given),) = made
-    assert Path(path) == tmp_path / "new" / "out.evidence.npz"
-    assert Path(video) == clip
-    assert given.sha256 == hashlib.sha256(Path(path).read_bytes()).hexdigest()  # as `rerun` wants it
-    assert given.reading.startswith("video: clip.mp4, ")
-    assert given.camera.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
+    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == 1
+    (seen,) = passed
+    kept = tmp_path / "new" / "out.evidence.npz"
+    assert seen.sha256 == hashlib.sha256(kept.read_bytes()).hexdigest()
+    assert seen.reading.startswith("video: clip.mp4, ")
+    assert seen.camera.lens.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
     assert "read as video: clip.mp4" in capsys.readouterr().err
+    again = inputs.observe(Job(str(clip), str(out), detected=str(kept)))
+    np.testing.assert_array_equal(again.keypoints_px, seen.keypoints_px)
 
 
 def test_camera_options(clip, tmp_path, capsys) -> None:
@@ -239,7 +240,7 @@ def test_camera_options(clip, tmp_path, capsys) -> None:
         (["--camera", str(camera), "--fov", "50"], "--camera: found --fov beside it"),
         (["--camera-name", "cam"], "--camera-name: found no camera file"),
         (["--camera", str(camera), "--camera-name", "b"], "found 'b'; valid: camera"),
-        (["--fov", "50", "--person-at", "3"], "found '3'; valid: x,y in pixels"),
+        (["--fov", "50", "--person-at", "3"], "such as 640,360, found '3'"),
     ):
         assert cli.main([*base, *more]) == 2
         assert message in capsys.readouterr().err
@@ -279,7 +280,7 @@ def test_focal_length_makes_the_lens(tmp_path, clip) -> None:
     both.write_bytes(clip.read_bytes() + movie.read_bytes()[16:])
     found = evidence.read(both)
     assert "lens: 26 mm equivalent as the video says, 120 px" in found.reading
-    np.testing.assert_allclose(found.camera.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
+    np.testing.assert_allclose(found.camera.lens.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
 
 
 def test_hash_of_a_video_is_that_of_its_bytes(clip) -> None:

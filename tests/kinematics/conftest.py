@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +19,9 @@ from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.layout import SEGMENTS, Variables
 from simrecon.kinematics.observations import Observations
 from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.terms import PLANNED
 from simrecon.plan import Kinematics
-from simrecon.types import Array, Camera, Evidence, Ground, Scene, SceneItem, Skeleton
+from simrecon.types import Array, Camera, Evidence, Ground, Lens, Scene, SceneItem, Skeleton
 
 HEIGHT_M = 1.75
 FEW = 4
@@ -81,21 +83,22 @@ def walking(frames: int, rate_hz: float = 30.0, heading_rad: float = 0.5) -> Wal
     return Walk(skeleton, times_s, root, rotvecs, points)
 
 
-def looking_at(eye_m: Array, target_m: Array) -> Camera:
-    """An upright camera."""
+def looking_at(eye_m: Array, target_m: Array, frames: int = 1) -> Camera:
+    """An upright camera that stands still."""
     ahead = (target_m - eye_m) / np.linalg.norm(target_m - eye_m)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     transform = np.eye(4)
     transform[:3, :3] = np.stack((right, np.cross(ahead, right), ahead))
     transform[:3, 3] = -transform[:3, :3] @ eye_m
-    return Camera(MATRIX_PX, np.zeros(5), transform, (1280, 960))
+    return cameras.still(Lens(MATRIX_PX, np.zeros(5), (1280, 960)), transform, frames)
 
 
 def seen(walk: Walk, camera: Camera, noise_px: float = 0.0, noise_m: float = 0.0, seed: int = 0) -> Evidence:
     """All points in the image and, in the world, in 3D."""
     rng = np.random.default_rng(seed)
     points = np.swapaxes(walk.points_m, 0, 1)  # (T, M, 3)
+    camera = cameras.lasting(camera, walk.frames) if cameras.is_still(camera) else camera
     pixels = cameras.project(camera, points)
     names = walk.skeleton.point_names
     return Evidence(
@@ -125,7 +128,7 @@ class Makers:
     """The functions of this file, for the tests beside it."""
 
     walking: Callable[..., Walk] = walking
-    looking_at: Callable[[Array, Array], Camera] = looking_at
+    looking_at: Callable[..., Camera] = looking_at
     seen: Callable[..., Evidence] = seen
     in_camera: Callable[[Evidence, bool], Evidence] = in_camera
 
@@ -172,7 +175,7 @@ def problem(make, weights) -> Problem:
     walk = make.walking(FEW)
     skeleton, count = walk.skeleton, len(walk.skeleton.point_names)
     camera = make.looking_at(np.array([4.0, -1.0, 1.5]), np.array([0.0, 0.0, 1.0]))
-    rays = cameras.undistort(camera, cameras.project(camera, walk.points_m))
+    rays = cameras.undistort(camera.lens, cameras.project(camera, walk.points_m))
     roots = np.zeros(count)
     roots[[skeleton.point_names.index(f"{side}_hip") for side in ("left", "right")]] = 0.5
     gaussian = prior.gaussian(skeleton)
@@ -181,7 +184,7 @@ def problem(make, weights) -> Problem:
         rays=rays + rng.normal(scale=0.02, size=rays.shape),
         ray_weights=rng.uniform(0, 1, (count, FEW)),
         ray_sigma=0.01,
-        world_to_camera=cameras.extrinsics(camera),
+        world_to_camera=cameras.extrinsics(cameras.lasting(camera, FEW)),
         joints_m=walk.points_m - walk.root_m + rng.normal(scale=0.05, size=walk.points_m.shape),
         joint_weights=rng.integers(0, 2, (count, FEW)).astype(float),
         place_m=walk.root_m + 0.1,
@@ -194,9 +197,12 @@ def problem(make, weights) -> Problem:
         spread=gaussian.spread_rad,
         prior=gaussian,
     )
+    parts = primitives.make(skeleton, 1.75, 70.0, 0.0)
+    # a term that `weights` leaves out counts, too
+    others: dict[str, Any] = {term.name: 1.0 for term in PLANNED if not term.weight(weights)}
     base = np.broadcast_to(rotations.matrix(rotations.exp(np.array([0.1, 0.0, 0.4]))), (FEW, 3, 3))
-    touch = contact_points(skeleton, primitives.make(skeleton, 1.75, 70.0, 0.0))
-    return Problem.of_clip(skeleton, touch, Scene(Ground(0.02), (STEP,)), base, see, weights)
+    touch, plan = contact_points(skeleton, parts), replace(weights, **others)
+    return Problem.of_clip(skeleton, touch, Scene(Ground(0.02), (STEP,)), base, see, plan)
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, prior, replay, schedule
+from simrecon import kinematics, planners, prior, replay, schedule
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.engines import problem as problems
@@ -66,8 +66,8 @@ def clip(person: Body, scene: Scene, qpos: Array, frames: int = 46, timestep_s: 
     unseen: dict[str, Any] = {"keypoint_names": (), "keypoints_px": np.zeros((frames, 0, 2))}
     evidence = Evidence(times, **unseen, scores=np.zeros((frames, 0)), joint_names=(), **_no_joints(frames))
     clock = schedule.clock(times, timestep_s)
-    mjcf = scenes.build(person.mjcf, scene, clock.step_s)
-    return problems.pose(fit, evidence, mjcf, clock, plans.read("quick"))
+    plan = plans.read("quick")
+    return problems.pose(fit, planners.plan("none", fit, evidence, plan), evidence, clock, plan)
 
 
 def _no_joints(frames: int) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from simrecon import body
-from simrecon.replay import _acting_torque
+from simrecon.replay.trace import _acting_torque
 
 
 def test_the_torque_accounts_for_the_acceleration(rng: np.random.Generator) -> None:

@@ -141,7 +141,7 @@ def save_torch(path: Path, tree: Any, claim: int | None = None) -> Path:
     return path
 
 
-_PythonPickler: Any = pickle._Pickler  # type: ignore[attr-defined]  # has `framer`, which C's hasn't
+_PythonPickler: Any = pickle._Pickler  # has `framer`, which that in C hasn't
 
 
 class _JoblibPickler(_PythonPickler):  # type: ignore[misc]

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics, pipeline, schedule
+from simrecon import kinematics, pipeline, planners, schedule
 from simrecon import plan as plans
-from simrecon import scene as scenes
 from simrecon.engines import problem as problems
 from simrecon.engines.problem import Problem
 from simrecon.geometry import camera as cameras
@@ -20,7 +19,7 @@ from simrecon.geometry import rotations
 from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from simrecon.sim.state import initial_state, simulate
-from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Scene, Window, WindowResult
+from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Lens, Scene, Window, WindowResult
 from tests.support.window_results import solved
 
 HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
@@ -63,18 +62,18 @@ def squat(body: Body, depth_rad: Array) -> Array:
     return qpos
 
 
-def camera() -> Camera:
+def camera(frames: int) -> Camera:
     """Level, four metres in front of the person, who faces it."""
     view = np.array([[0, 1.0, 0, 0], [0, 0, -1, 1], [-1, 0, 0, 4], [0, 0, 0, 1]])
     matrix = np.array([[600.0, 0, 320], [0, 600.0, 240], [0, 0, 1]])
-    return Camera(matrix, np.zeros(5), view, (640, 480))
+    return cameras.still(Lens(matrix, np.zeros(5), (640, 480)), view, frames)
 
 
 def seen(body: Body, qpos: Array) -> Evidence:
     """What the camera and a perfect 3D estimate see of configurations (T, nq)."""
     points = kinematics.configurations(body, qpos)[1]
     names = body.skeleton.point_names
-    pixels = cameras.project(camera(), points)
+    pixels = cameras.project(camera(len(qpos)), points)
     return Evidence(
         times_s=FRAME_S * np.arange(len(qpos), dtype=float),
         keypoint_names=names,
@@ -85,7 +84,7 @@ def seen(body: Body, qpos: Array) -> Evidence:
         joints_frame="world",
         mass_kg=MASS_KG,
         height_m=HEIGHT_M,
-        camera=camera(),
+        camera=camera(len(qpos)),
         sha256="0" * 64,
     )
 
@@ -134,7 +133,8 @@ def standing() -> Held:
         loss={},
     )
     clock = schedule.clock(evidence.times_s, 0.01)
-    problem = problems.pose(fit, evidence, scenes.build(body.mjcf, scene, clock.step_s), clock, plan)
+    reference = planners.plan("none", fit, evidence, plan)
+    problem = problems.pose(fit, reference, evidence, clock, plan)
     return Held(problem, fit, stepped(problem), evidence)
 
 
@@ -151,11 +151,13 @@ def run() -> Reconstruction:
     body = person()
     evidence = seen(body, squat(body, np.linspace(0.0, 0.3, 10)))
     kept = np.delete(np.arange(10), 4)
+    assert evidence.camera is not None
     evidence = replace(
         evidence,
         times_s=evidence.times_s[kept],
         keypoints_px=evidence.keypoints_px[kept],
         scores=evidence.scores[kept],
         joints_m=evidence.joints_m[kept],
+        camera=cameras.at(evidence.camera, kept),
     )
     return pipeline.reconstruct(evidence, Scene(), plan, pipeline.Setup(seed=3, threads=1))

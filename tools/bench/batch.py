@@ -1,7 +1,7 @@
 """How much faster a batch is than one clip after another, and what its scheduling costs.
 
     python -m tools.bench.batch -o OUT [--clips 8] [--seconds 1] [--plan quick] [--repeat 1]
-                                [--write docs/results.md]
+                                [--write docs/results/batches.md]
 
 Pieces of the example that ships inside are reconstructed twice: by one process, one after another, with a
 thread per core, and by `simrecon batch`. The first does not pay for starting a program for each clip, so the

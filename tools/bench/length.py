@@ -94,7 +94,6 @@ def repeated(short: Evidence, seconds: float) -> Evidence:
         keypoints_px=taken(short.keypoints_px),
         scores=taken(short.scores),
         joints_m=taken(short.joints_m),
-        rotations=None if short.rotations is None else taken(short.rotations),
     )
 
 

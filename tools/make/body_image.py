@@ -16,7 +16,7 @@ from simrecon.drawing.painter import Clip, Painter, View
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics import configurations
-from simrecon.types import Array, Body, Camera
+from simrecon.types import Array, Body, Camera, Lens
 from tools import CHECKOUT
 
 TARGET = CHECKOUT / "docs" / "images" / "bodies.jpg"
@@ -76,7 +76,7 @@ def _camera() -> Camera:
     transform[:3, :3] = rotation
     transform[:3, 3] = -rotation @ (np.array([0.0, 0.0, 0.97]) + far * towards)
     matrix = np.array([[focal, 0, SIZE[0] / 2], [0, focal, SIZE[1] / 2], [0, 0, 1]])
-    return Camera(matrix, np.zeros(5), transform, SIZE)
+    return cameras.still(Lens(matrix, np.zeros(5), SIZE), transform)
 
 
 def _paint_skin(image: canvas.Image, camera: Camera, betas: Array, height_m: float, qpos: Array) -> None:
@@ -86,7 +86,7 @@ def _paint_skin(image: canvas.Image, camera: Camera, betas: Array, height_m: flo
     corners = skin[space.faces]  # (F, 3, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    eye = -cameras.extrinsics(camera)[:3, :3].T @ cameras.extrinsics(camera)[:3, 3]
+    eye = cameras.centre_m(camera)[0]
     facing = np.sum(normal * (eye - corners.mean(axis=1)), axis=1) > 0
     order = np.argsort(-np.linalg.norm(eye - corners.mean(axis=1), axis=1))
     order = order[facing[order]]

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,9 @@ import numpy as np
 
 FRAMES = 31
 """Frames of one second of a clip at 30 Hz, the first included."""
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+"""Commands run the code of this checkout, whatever is installed."""
 
 Digests = dict[str, str]
 Case = Callable[["Runner"], dict[str, Path]]
@@ -43,7 +47,9 @@ class Runner:
     def __call__(self, *arguments: str | Path) -> None:
         """Run one command; an exit status other than success or fallback ends the program."""
         words = [*self.command, *map(str, arguments)]
-        done = subprocess.run(words, cwd=self.work, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            words, cwd=self.work, env=ENVIRONMENT, capture_output=True, text=True, check=False
+        )
         if done.returncode not in (0, 3):
             raise SystemExit(f"{' '.join(words)}: exit status {done.returncode}\n{done.stderr}")
 

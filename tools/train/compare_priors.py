@@ -97,7 +97,7 @@ def samples(path: Path, count: int = 12) -> None:
     reach = np.array([0.75, 0.75, 0.0])
     camera = three_quarter(-reach, reach + np.array([0.0, 0.0, 1.75]), 0.0)
     clip = Clip(model=model, times_s=np.zeros(count), qpos=qpos, camera=camera, ground_m=np.zeros((1, 2)))
-    width, height = camera.image_size_px
+    width, height = camera.lens.image_size_px
     view = View(np.zeros(2), np.full(2, 0.45), (round(0.45 * width), round(0.45 * height)))
     norms = np.sqrt(prior.flow().squared(sampled)[0])
     painter = Painter(clip)

@@ -23,7 +23,7 @@ from simrecon.evidence.keypoints import layouts, tracks
 from simrecon.evidence.keypoints.flat import _number
 from simrecon.evidence.keypoints.tracks import Detection
 from simrecon.evidence.options import Options
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 AGREE_PX = 2.0
 OPENPOSE = 25
@@ -179,7 +179,7 @@ def _evidence(
     if off_px > AGREE_PX:
         found_text = f"landmarks {off_px:.1f} px off the projected 3D joints"
         raise content.fail("pred_keypoints_2d, 2d_joints", found_text, f"at most {AGREE_PX:g} px, or --fov")
-    note = f"focal length {camera.matrix_px[0, 0]:.0f} px"
+    note = f"focal length {camera.lens.matrix_px[0, 0]:.0f} px"
     if weak:
         note += " (nearly orthographic: give --fov for the real one), distance not used"
     hips = joints[:, [i for i, name in enumerate(names) if name in ("LHip", "RHip", "left_hip", "right_hip")]]
@@ -214,7 +214,7 @@ def lens(joints_m: Array, pixels: Array, size: tuple[int, int] | None) -> tuple[
     off = np.linalg.norm(focal * rays + centre - seen, axis=-1)
     matrix = np.array([[focal, 0.0, centre[0]], [0.0, focal, centre[1]], [0.0, 0.0, 1.0]])
     wide, high = size or (round(2 * float(centre[0])), round(2 * float(centre[1])))
-    return Camera(matrix, np.zeros(5), None, (wide, high)), float(np.median(off))
+    return Camera(Lens(matrix, np.zeros(5), (wide, high))), float(np.median(off))
 
 
 def _row(content: Content, name: Any, frame: Any, key: str) -> list[Any]:

@@ -52,7 +52,7 @@ def _read(content: Content, options: Options, group: str) -> Evidence:
     other = f"{group}_{'incam' if frame == 'world' else 'global'}"
     if camera is None and "K_fullimg" in content.tree:
         camera = _lens(content)
-        notes = f"focal length {camera.matrix_px[0, 0]:.0f} px"
+        notes = f"focal length {camera.lens.matrix_px[0, 0]:.0f} px"
     if camera is not None and other in content.tree:
         angle = _camera_turn(content, options, group)
         if angle > MOVING_RAD:

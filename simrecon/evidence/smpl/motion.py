@@ -12,10 +12,13 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, find_up, to_z_up
 from simrecon.geometry import rotations
 from simrecon.io.arrays import Arrays
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Lens
 
 # Joints that a body has without its hands, by model; SMPL counts a hand joint on each side.
 BODY_JOINTS = {"smpl": 24, "smplx": 22}
+
+
+JOINTS_READING = "joints of the average body, without the twist of their bones"
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +102,6 @@ def to_evidence(
         notes: on how the file was read.
     """
     places = joints_m(motion)
-    turned = motion.rotations
     reading = f"{motion.model.upper().replace('SMPLX', 'SMPL-X')} parameters, frame {motion.frame}"
     if motion.frame == "world":
         if up is not None and options.up is None:
@@ -110,10 +112,8 @@ def to_evidence(
             axis, how = find_up(content.source, upright, options.up)
         turn = to_z_up(axis)
         places = places @ turn.T
-        root = rotations.multiply(rotations.from_matrix(turn), turned[:, 0])
-        turned = np.concatenate((root[:, None], turned[:, 1:]), axis=1)
         reading += f", up {axis} ({how})"
-    count = turned.shape[1]
+    count = motion.rotations.shape[1]
     return Evidence(
         times_s=motion.times_s,
         keypoint_names=(),
@@ -122,12 +122,10 @@ def to_evidence(
         joint_names=names()[:count],
         joints_m=places,
         joints_frame=motion.frame,
-        rotation_names=names()[:count],
-        rotations=rotations.canonical(turned),
         betas=motion.betas,
         camera=camera,
         sha256=content.sha256,
-        reading="; ".join(part for part in (reading, "joints of the average body", notes) if part),
+        reading="; ".join(part for part in (reading, JOINTS_READING, notes) if part),
     )
 
 
@@ -181,11 +179,11 @@ def check_frames(content: Content, key: str, frames: Array) -> Array:
     return frames
 
 
-def lens(focal_px: float, centre_px: Array, distortion: Array | None = None) -> Camera:
+def lens(focal_px: float, centre_px: Array) -> Camera:
     """A camera whose principal point is the middle of its image, as these networks assume."""
     matrix = np.array([[focal_px, 0.0, centre_px[0]], [0.0, focal_px, centre_px[1]], [0.0, 0.0, 1.0]])
     size = (round(2 * float(centre_px[0])), round(2 * float(centre_px[1])))
-    return Camera(matrix, np.zeros(5) if distortion is None else distortion, None, size)
+    return Camera(Lens(matrix, np.zeros(5), size))
 
 
 def in_first_camera(motion: SmplMotion, camera_rotations: Array, camera_places: Array) -> SmplMotion:

@@ -61,7 +61,7 @@ def read(content: Content, options: Options) -> Evidence:
 
 def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera, str]:
     if options.camera is not None:
-        width, height = options.camera.image_size_px
+        width, height = options.camera.lens.image_size_px
         if (width, height) != info.size_px:
             found = f"a camera of {width} x {height} for a video of {info.size_px[0]} x {info.size_px[1]} px"
             raise content.fail("image size", found, "the video's size, which needs no --size")

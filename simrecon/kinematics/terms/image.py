@@ -14,7 +14,7 @@ from simrecon.kinematics.terms.kernels import cauchy
 from simrecon.kinematics.terms.term import Term
 from simrecon.types import Array
 
-LEAST_DEPTH_M = 0.1  # what is nearer to the camera counts as if here
+LEAST_DEPTH_M = 0.1  # of a point; one nearer to the camera, or behind it, counts as if here
 
 
 class Keypoint(Term):
@@ -59,7 +59,7 @@ def reprojection(
         points_m: (M, T, 3) world.
         rays: (M, T, 2) detections as x/z, y/z.
         weights: (M, T), zero where not seen.
-        world_to_camera: (4, 4) or (T, 4, 4).
+        world_to_camera: (T, 4, 4).
         sigma: distance at which a detection counts half, in the units of `rays`.
     """
     xyz, rotation = in_camera(points_m, world_to_camera)
