@@ -88,7 +88,10 @@ def observe(
         rows = [skeleton.point_names.index(name) for name in names]
         # in the image, else in 3D
         if camera is not None and points.scores[rows].any():
-            return _resting(rays[rows] * DISTANCE_M, points.scores[rows], interval)
+            places = _at_a_distance(
+                camera, rays[rows], in_world if evidence.joints_frame == "world" else None
+            )
+            return _resting(places, points.scores[rows], interval)
         return _resting(in_world[rows], points.known[rows], interval)
 
     return Observations(
@@ -109,6 +112,28 @@ def observe(
         spread=gaussian.spread_rad,
         prior=prior.make(plan.prior_model, skeleton),
     )
+
+
+def _at_a_distance(camera: Camera, rays: Array, in_world_m: Array | None) -> Array:
+    """Places of detections at one distance from the camera for the whole clip, whose speed tells what rests.
+
+    Args:
+        camera: with a path.
+        rays: (M, T, 2) undistorted detections x/z, y/z.
+        in_world_m: (M', T, 3) of a 3D estimate in the world, whose median gives the distance; None: it is
+            assumed.
+
+    Returns:
+        (M, T, 2) in the image of a camera that stands still, (M, T, 3) in the world of one that moves.
+    """
+    if cameras.is_still(camera):
+        return rays * DISTANCE_M
+    distance = DISTANCE_M
+    if in_world_m is not None:
+        distance = float(np.median(np.linalg.norm(in_world_m - cameras.centre_m(camera), axis=-1)))
+    ahead = np.concatenate((rays, np.ones((*rays.shape[:2], 1))), axis=-1)  # (M, T, 3)
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    return cameras.to_world(camera, distance * ahead)
 
 
 def _resting(places: Array, known: Array, interval_s: float) -> Array:

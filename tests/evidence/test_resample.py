@@ -80,7 +80,7 @@ def test_variable_rate_is_interpolated(seed: int) -> None:
 
 
 def _sliced(evidence: Evidence, frames: Array) -> dict[str, Array]:
-    names = ("times_s", "keypoints_px", "scores", "joints_m", "rotations")
+    names = ("times_s", "keypoints_px", "scores", "joints_m")
     return {name: getattr(evidence, name)[frames] for name in names}
 
 

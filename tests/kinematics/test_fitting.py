@@ -14,7 +14,9 @@ from simrecon.evidence import resample, sides
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics.layout import SEGMENTS
+from simrecon.kinematics.observe import by_point, observe
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
+from tests.support.panning import panning
 
 T = 20
 EYE, TARGET = np.array([4.0, -2.5, 1.4]), np.array([0.3, 0.1, 0.9])
@@ -225,3 +227,31 @@ def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(make, walk, camera, 
     true = walk.at("nose")[:, 0] - walk.at("left_ankle")[:, 0]
     across = cameras.extrinsics(camera)[0, 2, :3]
     assert np.abs((trunk - true) @ across).mean() < 0.5 * 0.12 * 1.5
+
+
+def test_a_panning_camera_costs_no_accuracy(make, weights) -> None:
+    """The same walk with the same noise, before a camera that stands and one that pans by 26° and moves."""
+    walk = make.walking(60)
+    still = make.looking_at(np.array([5.0, -1.5, 1.4]), np.array([1.0, 0.5, 0.9]))
+    moving = panning(still, walk.frames)
+    off = []
+    for camera in (still, moving):
+        evidence = replace(make.seen(walk, camera, noise_px=4.0, noise_m=0.05), height_m=1.75)
+        fit = kinematics.fit(evidence, Scene(), weights)
+        assert fit.camera.path.shape == (walk.frames, 4, 4)
+        true = np.swapaxes(walk.points_m, 0, 1)
+        off.append(np.linalg.norm(points(fit) - true, axis=-1).mean())
+    assert off[1] < 1.1 * off[0]
+
+
+def test_feet_that_stand_are_known_before_a_panning_camera(make, weights) -> None:
+    walk = make.walking(60)
+    still = make.looking_at(np.array([5.0, -1.5, 1.4]), np.array([1.0, 0.5, 0.9]))
+    standing = []
+    for camera in (still, panning(still, walk.frames)):
+        evidence = make.seen(walk, camera)
+        skeleton = walk.skeleton
+        see = observe(evidence, skeleton, by_point(evidence, skeleton), evidence.camera, weights)
+        standing.append(see.standing)
+    assert standing[0].max() > 0.5
+    np.testing.assert_allclose(standing[1], standing[0], atol=0.15)
