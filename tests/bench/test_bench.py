@@ -257,7 +257,7 @@ def test_overriding_nothing_changes_nothing() -> None:
 def test_dropping_parts_of_the_evidence(data: Path) -> None:
     given = evidence.read(data / "stand.npz")
     assert task.dropped(given, ("keypoints",)).joint_names == given.joint_names
-    with pytest.raises(InputError, match="nothing left"):
+    with pytest.raises(InputError, match="leaves nothing"):
         task.dropped(given, ("joints",))
 
 
