@@ -53,21 +53,20 @@ def test_evidence_and_video_belong_together() -> None:
 def test_the_beam_is_the_dark_strip_of_the_video() -> None:
     """The beam's side is darker than the plate to its left, and than its own top, all along."""
     given = evidence.read(FOLDER / "beam.npz")
-    assert given.camera is not None
+    camera = given.camera
+    assert camera is not None
     beam = scene.read(FOLDER / "beam.toml").items[0]
     assert 0.05 <= HEIGHT_M <= 0.07
     every = given.times_s[::5]
     background = np.median(list(video.frames(FOLDER / "beam.mp4", every)), axis=0)  # without the person
     grey = cv2.cvtColor(background.astype(np.uint8), cv2.COLOR_BGR2GRAY)
-    scale = grey.shape[1] / given.camera.lens.image_size_px[0]
+    scale = grey.shape[1] / camera.lens.image_size_px[0]
 
     def brightness(y_m: float, z_m: float) -> float:
         """Mean along the beam's near half, at a distance from the middle of its top."""
         x = beam.position_m[0] + np.linspace(0.0, 0.48, 40) * LENGTH_M
         places = np.stack((x, np.full(40, beam.position_m[1] + y_m), np.full(40, HEIGHT_M + z_m)), -1)
-        columns, rows = (
-            np.rint(scale * cameras.project(cameras.at(given.camera, slice(1)), places)).astype(int).T
-        )
+        columns, rows = np.rint(scale * cameras.project(cameras.at(camera, slice(1)), places)).astype(int).T
         return float(grey[rows, columns].mean())
 
     side = brightness(-WIDTH_M / 2, -0.025)

@@ -70,13 +70,19 @@ def test_a_panning_camera_costs_a_simulation_no_accuracy(
     still, moving = squats["still"], squats["panning"]
     for run in (still, moving):
         assert (run.motion.status == SIMULATED).all()
-        assert report.plausibility(run)["mpjpe_2d_px"] < 12.0
+        error_px = report.plausibility(run)["mpjpe_2d_px"]
+        assert error_px is not None
+        assert error_px < 12.0
     assert off_m(moving, body) < 1.1 * off_m(still, body) + 0.002
 
 
 def test_the_overlay_follows_a_panning_camera(squats: dict[str, Reconstruction]) -> None:
     run = squats["panning"]
     shown = writing.clip(run)
+    assert shown.camera is not None
+    assert run.evidence.camera is not None
+    assert shown.camera.path is not None
+    assert run.evidence.camera.path is not None
     np.testing.assert_allclose(shown.camera.path, run.evidence.camera.path, atol=1e-9)
     images = list(overlay.render(shown, [np.zeros((480, 640, 3), np.uint8)] * len(shown.times_s)))
     middle = []

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
-from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon import softfloor
 from simrecon.errors import InputError
-from simrecon.types import Evidence, Scene
+from simrecon.pipeline import Reconstruction
+from simrecon.types import Motion, Scene
 
 
 def test_golden_section_finds_a_minimum() -> None:
@@ -42,9 +41,10 @@ def test_a_loss_that_is_infinite_in_places_is_no_trouble() -> None:
 
 
 def test_only_a_ground_that_asks_for_it_is_calibrated() -> None:
-    times = np.arange(4) / 30
-    nothing = Evidence(times, (), np.zeros((4, 0, 2)), np.zeros((4, 0)), (), np.zeros((4, 0, 3)), "world")
+    def never(_scene: Scene, _start: Motion | None) -> Reconstruction:
+        raise AssertionError("simulated")
+
     with pytest.raises(InputError, match='valid: "fit"'):
-        softfloor.calibrate(nothing, Scene(), plans.read("quick"))
+        softfloor.calibrate(never, Scene(), None)
     with pytest.raises(InputError, match="stiffness_Npm"):
         scenes.build("<mujoco/>", scenes.parse('[ground]\nstiffness_Npm = "fit"'), 0.01)

@@ -234,7 +234,12 @@ def test_it_ends_in_time_and_keeps_what_is_solved(
     far_s = 1e6
     monkeypatch.setattr("simrecon.cli.batch.until", lambda _text, now_s: now_s + far_s)
     monkeypatch.setattr("simrecon.batch.runner.time.time", lambda: clock() + far_s * late.is_set())
-    watch = threading.Thread(target=lambda: wait_for(out, "window") and late.set())
+
+    def watcher() -> None:
+        wait_for(out, "window")
+        late.set()
+
+    watch = threading.Thread(target=watcher)
     watch.start()
     status = cli.main([*command, "--until", "07:00", "--jobs", "1"])
     watch.join()

@@ -150,7 +150,7 @@ def test_two_at_once_make_the_same_scores(data: Path, tmp_path: Path) -> None:
 
 
 def test_changed_settings_input_and_damage_run_anew(data: Path, tmp_path: Path) -> None:
-    one = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
+    one: dict[str, Any] = {"seeds": (0,), "variant": suite.read(data / "tiny.toml").variant[:1]}
     (row,) = run(data, tmp_path, **one)["runs"]
     wider = replace(one["variant"][0], plan={**one["variant"][0].plan, "optimiser.sigma_rad": 0.1})
     (changed,) = run(data, tmp_path, **{**one, "variant": (wider,)})["runs"]

@@ -14,7 +14,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from simrecon.body import foreign
 from simrecon.errors import InputError
 
-ARRAYS = {
+ARRAYS: dict[str, Any] = {
     "a": np.arange(6.0).reshape(2, 3),
     "n": np.float64(2.5),
     "text": "lrotmin",

@@ -22,7 +22,7 @@ from simrecon.evidence import sides
 from simrecon.job import Job
 from simrecon.job import inputs as inputs_of_jobs
 from simrecon.metrics.definitions import DEFINITIONS
-from simrecon.results import report
+from simrecon.results import folder
 from simrecon.sim.quiet import unwarned
 from simrecon.types import Evidence, Window, WindowResult, WindowStatus
 
@@ -307,12 +307,12 @@ def test_every_score_has_a_definition(result: Path, tmp_path: Path) -> None:
         frames = len(truth["times_s"])
         plates = {f"grf_{side}_N": np.ones((frames, 3)) for side in ("left", "right")}
         plates |= {f"cop_{side}_m": np.zeros((frames, 3)) for side in ("left", "right")}
-        np.savez(tmp_path / "plates.npz", **truth, **plates, mass_kg=60.0)
+        np.savez(tmp_path / "plates.npz", allow_pickle=False, **truth, **plates, mass_kg=60.0)
     table = scores.score(result, tmp_path / "plates.npz")
     shown = {name for name in table.values["result"] if not name.startswith("f1_")}
     assert shown <= set(DEFINITIONS)
     assert {"plate_vertical_mae_pct", "grf_vertical_mae_pct_bw", "covered", "residual_mean_pct"} <= shown
-    assert said(result)["schema"] == report.SCHEMA
+    assert said(result)["schema"] == folder.SCHEMA
 
 
 def test_help_and_version(capsys: pytest.CaptureFixture[str]) -> None:

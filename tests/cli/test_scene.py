@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, kinematics, resources, results, running, softfloor
+from simrecon import cli, evidence, kinematics, pipeline, resources, results, running, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.types import Ground, Motion, Scene
@@ -183,11 +183,10 @@ def test_rerun_starts_from_the_finished_motion(
 ) -> None:
     before = results.read_motion(finished)
     seen: list[Motion | None] = []
-    really = running.reconstruct
 
     def watched(*words: Any) -> Any:
         seen.append(words[3].start)
-        return really(*words)
+        return pipeline.reconstruct(*words)
 
     run("set", file, "ground", "friction=0.8")
     hasty = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")

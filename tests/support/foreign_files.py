@@ -59,7 +59,7 @@ def smpl_joints(table: dict[str, Any], model: str, vectors: np.ndarray, place: n
     """Joint centres (T, J, 3) by homogeneous matrices; `table` is `models/body/smpl.toml`."""
     names, parents = table["names"], table["parents"]
     count = vectors.shape[1]
-    found = np.zeros((len(vectors), count, 3))
+    centres = np.zeros((len(vectors), count, 3))
     for t, pose in enumerate(vectors):
         chain: list[np.ndarray] = []
         for j in range(count):
@@ -69,8 +69,8 @@ def smpl_joints(table: dict[str, Any], model: str, vectors: np.ndarray, place: n
             local[:3, :3] = rotations.matrix(rotations.exp(pose[j]))
             local[:3, 3] = offset * [-1 if side else 1, 1, 1]
             chain.append(local if parents[j] < 0 else chain[parents[j]] @ local)
-            found[t, j] = chain[j][:3, 3] + place[t]
-    return found
+            centres[t, j] = chain[j][:3, 3] + place[t]
+    return centres
 
 
 def y_to_z(points: np.ndarray) -> np.ndarray:
@@ -107,9 +107,9 @@ def fake_modules() -> Iterator[tuple[Any, Any]]:
     NumpyArrayWrapper.__module__, NumpyArrayWrapper.__qualname__ = "joblib.numpy_pickle", "NumpyArrayWrapper"
     numpy_pickle.NumpyArrayWrapper = NumpyArrayWrapper  # type: ignore[attr-defined]
     torch._utils = utils  # type: ignore[attr-defined]
-    made = {"torch": torch, "torch._utils": utils, "joblib": joblib, "joblib.numpy_pickle": numpy_pickle}
-    before = {name: sys.modules.get(name) for name in made}
-    sys.modules.update(made)
+    stand_ins = {"torch": torch, "torch._utils": utils, "joblib": joblib, "joblib.numpy_pickle": numpy_pickle}
+    before = {name: sys.modules.get(name) for name in stand_ins}
+    sys.modules.update(stand_ins)
     try:
         yield torch, numpy_pickle
     finally:
@@ -161,7 +161,7 @@ def save_torch(path: Path, tree: Any, claim: int | None = None) -> Path:
     return path
 
 
-_PythonPickler: Any = pickle._Pickler  # type: ignore[attr-defined]  # has `framer`, which C's hasn't
+_PythonPickler: Any = pickle._Pickler  # has `framer`, which that in C hasn't
 
 
 class _JoblibPickler(_PythonPickler):  # type: ignore[misc]

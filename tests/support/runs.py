@@ -152,6 +152,7 @@ def run() -> Reconstruction:
     body = person()
     evidence = seen(body, squat(body, np.linspace(0.0, 0.3, 10)))
     kept = np.delete(np.arange(10), 4)
+    assert evidence.camera is not None
     evidence = replace(
         evidence,
         times_s=evidence.times_s[kept],

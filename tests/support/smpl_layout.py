@@ -34,9 +34,9 @@ def arrays(offset_m: float = 0.2) -> dict[str, Any]:
     own = shape.space()
     names = template().names
     skin = np.concatenate((own.vertices_mean_m[None], own.vertices_basis_m))  # (11, V, 3)
-    wanted = np.concatenate((own.points_mean_m[None], own.points_basis_m))
-    wanted = wanted[:, [own.point_names.index(name) for name in names]]  # (11, 17, 3)
-    rows = regressor(skin, wanted)
+    centres = np.concatenate((own.points_mean_m[None], own.points_basis_m))
+    centres = centres[:, [own.point_names.index(name) for name in names]]  # (11, 17, 3)
+    rows = regressor(skin, centres)
     weights, joints = np.zeros((len(skin[0]), 24)), np.zeros((24, len(skin[0])))
     for joint, name in (OURS | FURTHER).items():
         s = names.index(name)
@@ -52,12 +52,12 @@ def arrays(offset_m: float = 0.2) -> dict[str, Any]:
     }
 
 
-def regressor(skin: Array, wanted: Array) -> Array:
+def regressor(skin: Array, joints: Array) -> Array:
     """The smallest weights (17, V), rows summing to 1, that give these joints of these skins."""
     equations = np.concatenate(
         (np.moveaxis(skin, 1, 2).reshape(-1, skin.shape[1]), np.ones((1, skin.shape[1])))
     )
     right = np.concatenate(
-        (np.moveaxis(wanted, 1, 2).reshape(-1, wanted.shape[1]), np.ones((1, wanted.shape[1])))
+        (np.moveaxis(joints, 1, 2).reshape(-1, joints.shape[1]), np.ones((1, joints.shape[1])))
     )
     return np.asarray(np.linalg.lstsq(equations, right, rcond=None)[0].T, float)

@@ -53,19 +53,19 @@ class Rectangles:
     def candidates(self, image: np.ndarray, tile: tuple[int, int, int, int] | None = None) -> list[Candidate]:
         self.calls["candidates"] += 1
         left, top, width, height = tile or (0, 0, image.shape[1], image.shape[0])
-        found = self._found(image[top : top + height, left : left + width])
+        people = self._found(image[top : top + height, left : left + width])
         return [
             Candidate(0.9, np.zeros(4), Region(np.array([x + left, y + top]), 1.3 * h, 0.0))
-            for x, y, h in found
+            for x, y, h in people
         ]
 
     def pose(self, image: np.ndarray, region: Region) -> Pose:
         self.calls["pose"] += 1
-        found = self._found(image)
-        apart = [np.hypot(x - region.centre_px[0], y - region.centre_px[1]) for x, y, _ in found]
-        if not found or min(apart) > region.side_px / 2:
+        people = self._found(image)
+        apart = [np.hypot(x - region.centre_px[0], y - region.centre_px[1]) for x, y, _ in people]
+        if not people or min(apart) > region.side_px / 2:
             return Pose(np.zeros((33, 2)), np.zeros(33), np.zeros((33, 3)), 0.0, region)
-        x, y, h = found[int(np.argmin(apart))]
+        x, y, h = people[int(np.argmin(apart))]
         points = np.tile([x, y], (33, 1))
         for i, name in enumerate(NAMES):
             points[i, 0] += h / 16 if name.startswith("left") else -h / 16
@@ -88,8 +88,8 @@ def boxes(content: bytes, start: int = 0, end: int | None = None) -> Iterator[tu
 def find_box(content: bytes, *path: bytes) -> list[int]:
     """Starts of the nested boxes of a path."""
     starts, low, high = [], 0, len(content)
-    for wanted in path:
-        _, start, high = next(one for one in boxes(content, low, high) if one[0] == wanted)
+    for kind in path:
+        _, start, high = next(one for one in boxes(content, low, high) if one[0] == kind)
         starts.append(start)
         low = start + 8
     return starts

@@ -24,10 +24,12 @@ from typing import Any
 
 import numpy as np
 
+from tools import CHECKOUT
+
 FRAMES = 31
 """Frames of one second of a clip at 30 Hz, the first included."""
 
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
 """Commands run the code of this checkout, whatever is installed."""
 
 Digests = dict[str, str]
