@@ -1,19 +1,27 @@
 """A result as files of other programs: one module for each format, all made of a `Result`.
 
-A format is a row of `FORMATS`: its name, which is also the suffix, and the function that makes the file.
+A format is a name in `results.folder.EXPORTS`, which is also the suffix, and the module of that name here,
+whose `write` makes the file. It is imported when it is first used: a format may need packages of its own.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from simrecon.errors import InputError
-from simrecon.exports import bvh
 from simrecon.io import atomic
 from simrecon.results import Result, open_result
+from simrecon.results.folder import EXPORTS
 
-FORMATS: dict[str, Callable[[Result], bytes]] = {"bvh": bvh.write}
+FORMATS = EXPORTS
+
+
+def writer(name: str) -> Callable[[Result], bytes]:
+    """What makes the file of a format, one of `FORMATS`."""
+    write: Callable[[Result], bytes] = importlib.import_module(f"simrecon.exports.{name}").write
+    return write
 
 
 def export(
@@ -38,7 +46,7 @@ def export(
     folder = Path(opened.folder if target is None else target)
     written = []
     for name in formats:
-        path, content = folder / f"motion.{name}", FORMATS[name](opened)
+        path, content = folder / f"motion.{name}", writer(name)(opened)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             atomic.write_bytes(path, content)

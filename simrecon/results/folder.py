@@ -18,8 +18,12 @@ MOTION, MODEL, SCENE, REPORT, JOB = "motion.npz", "model.xml", "scene.toml", "re
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
-EXPORTS = ("motion.bvh",)
-FILES = (MOTION, MODEL, SCENE, REPORT, JOB, START, *OVERLAYS, *EXPORTS)
+EXPORTS = ("bvh",)
+"""Formats of `simrecon.exports`: the files `motion.<format>` belong to a result."""
+FILES = (
+    MOTION, MODEL, SCENE, REPORT, JOB, START, *OVERLAYS,
+    *(f"motion.{name}" for name in EXPORTS),
+)  # fmt: skip
 """All that a result folder may hold: only a folder of these is ever replaced."""
 
 
