@@ -18,7 +18,7 @@ MOTION, MODEL, SCENE, REPORT, JOB = "motion.npz", "model.xml", "scene.toml", "re
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
-EXPORTS = ("bvh",)
+EXPORTS = ("bvh", "trc")
 """Formats of `simrecon.exports`: the files `motion.<format>` belong to a result."""
 FILES = (
     MOTION, MODEL, SCENE, REPORT, JOB, START, *OVERLAYS,
