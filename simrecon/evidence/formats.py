@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from simrecon.errors import InputError
 from simrecon.evidence import joining, npz
 from simrecon.evidence.content import Content, open_content
-from simrecon.evidence.keypoints import array, coco, mmpose, openpose, phalp, sam3d
+from simrecon.evidence.keypoints import array, coco, deeplabcut, mmpose, openpose, phalp, sam3d
 from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
@@ -65,6 +65,7 @@ READERS: tuple[Reader, ...] = (
     Reader("mmpose", "MMPose/RTMPose", mmpose.matches, mmpose.read),
     Reader("alphapose", "AlphaPose", coco.matches_alphapose, coco.read_alphapose),
     Reader("coco", "COCO", coco.matches_coco, coco.read_coco),
+    Reader("deeplabcut", "DeepLabCut", deeplabcut.matches, deeplabcut.read),
     Reader("array", "landmark array", array.matches, array.read),
     Reader("bvh", "BVH", bvh.matches, bvh.read),
     Reader("trc", "TRC", trc.matches, trc.read),
