@@ -235,7 +235,7 @@ def _manifest(path: Path, defaults: Mapping[str, Any]) -> list[tuple[str | None,
 def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: can't be read as TOML: {error}") from error
     for key in content:
         if key not in ("clip", "defaults"):

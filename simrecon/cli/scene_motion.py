@@ -6,8 +6,6 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-import mujoco
-
 from simrecon import evidence, kinematics, plan
 from simrecon import scene as scenes
 from simrecon.body import names
@@ -16,6 +14,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.scene import check, edit, files, meshes, sheets, suggest
 from simrecon.sim.address import with_items_at_rest
+from simrecon.sim.models import compile_text
 from simrecon.types import KinematicFit, Scene
 
 PLAN = "quick"
@@ -30,7 +29,7 @@ def check_motion(options: argparse.Namespace) -> int:
         return 0
     fit = _fitted(options, scene)
     frame_s = float(fit.times_s[1] - fit.times_s[0])
-    model = mujoco.MjModel.from_xml_string(scenes.build(fit.body.mjcf, scenes.hard_floor(scene), frame_s))
+    model = compile_text(scenes.build(fit.body.mjcf, scenes.hard_floor(scene), frame_s))
     entries = check.penetrations(model, scene, with_items_at_rest(model, fit.qpos))
     deep = [entry for entry in entries if entry.depth_m.max() > LEAST_DEPTH_M]
     print(

@@ -142,6 +142,7 @@ def test_scaled_to_the_video(tmp_path) -> None:
         (section("cam", extra="fisheye = true"), "fisheye: found true; valid: a camera without fisheye"),
         (section("cam").replace("matrix = [[900.0", "matrix = [[nan"), "matrix: found 1 NaN"),
         ("what = [", "found no camera file"),
+        ("what = " + 5000 * "[", "found no camera file"),
         ("%YAML:1.0\n---\nother: 3\n", "camera matrix: found none; valid: a key of camera_matrix"),
         ("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n", "camera|damaged"),
     ],

@@ -26,7 +26,7 @@ def read(path: Path, raw: bytes) -> list[Calibration]:
     """
     try:
         tree = tomllib.loads(raw.decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         valid = "TOML of simrecon, Pose2Sim or Caliscope, or YAML, XML or JSON of OpenCV's FileStorage"
         raise InputError(
             f"{path}: found no camera file ({' '.join(str(error).split())}); valid: {valid}"
