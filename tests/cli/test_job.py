@@ -1,0 +1,98 @@
+"""`run --job`, and what `rerun` recalls, as a user types them."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simrecon import cli, evidence, job, resources
+from tests.support.runs import person, seen, squat
+
+BETAS = "0.4,-0.8"
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short squat, its 3D estimate and its 2D landmarks in files of their own, and a hasty plan."""
+    folder = tmp_path_factory.mktemp("inputs")
+    body = person()
+    clip = seen(body, squat(body, np.linspace(0.0, 0.3, 12)))
+    evidence.write(folder / "two.npz", replace(clip, joint_names=(), joints_m=np.zeros((12, 0, 3))))
+    empty = np.zeros((12, 0, 2))
+    evidence.write(
+        folder / "three.npz",
+        replace(clip, keypoint_names=(), keypoints_px=empty, scores=empty[..., 0], camera=None),
+    )
+    plan = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
+    plan = re.sub(r"generations = \d+", "generations = 2", plan)
+    (folder / "plan.toml").write_text(
+        re.sub(r"descent_steps = \d+", "descent_steps = 0", plan), encoding="utf-8"
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("out") / "first"
+    words = ["--keypoints", str(inputs / "two.npz")]
+    words += ["--plan", str(inputs / "plan.toml"), "--betas", BETAS, "--height-m", "1.7", "--threads", "1"]
+    assert cli.main(["run", str(inputs / "three.npz"), "-o", str(target), *words]) == 0
+    return target
+
+
+@pytest.fixture(scope="module")
+def again(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("out") / "again"
+    assert cli.main(["rerun", str(finished), "-o", str(target), "--seed", "3"]) == 0
+    return target
+
+
+def test_rerun_recalls_what_is_not_given_again(finished: Path, again: Path) -> None:
+    before, after = job.read(finished / "job.toml"), job.read(again / "job.toml")
+    assert (before.seed, after.seed) == (0, 3)
+    assert after.reading == before.reading
+    assert after.person.betas == before.person.betas == (0.4, -0.8)
+    # The height is that of the finished fit.
+    assert after.person.height_m == pytest.approx(before.person.height_m, rel=0.01)
+    first, second = (json.loads((place / "report.json").read_text()) for place in (finished, again))
+    assert second["person"]["betas"] == first["person"]["betas"]
+    assert second["metrics"]["mpjpe_2d_px"] is not None  # the landmarks of the second file
+
+
+def test_rerun_refuses_landmarks_that_have_changed(
+    finished: Path, inputs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = inputs / "two.npz"
+    kept = path.read_bytes()
+    try:
+        changed = evidence.read(path)
+        evidence.write(path, replace(changed, keypoints_px=changed.keypoints_px + 1.0))
+        assert cli.main(["rerun", str(finished), "-o", str(tmp_path / "out")]) == 2
+    finally:
+        path.write_bytes(kept)
+    message = capsys.readouterr().err
+    assert "two.npz" in message
+    assert "\n" not in message.strip()
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(scope="module")
+def retargeted(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("out") / "other"
+    assert cli.main(["retarget", str(finished), "-o", str(target), "--height-m", "1.6"]) == 0
+    return target
+
+
+@pytest.mark.parametrize("name", ["finished", "again", "retargeted"])
+def test_a_job_repeats_its_run_to_the_same_bits(
+    name: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    first: Path = request.getfixturevalue(name)
+    assert cli.main(["run", "--job", str(first / "job.toml"), "-o", str(tmp_path / "copy")]) == 0
+    for file in ("motion.npz", "model.xml"):
+        assert (tmp_path / "copy" / file).read_bytes() == (first / file).read_bytes()
