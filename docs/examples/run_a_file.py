@@ -17,7 +17,6 @@ job = simrecon.Job(
     output=str(out / "beam"),
     scene=simrecon.read_scene(example / "beam.toml"),
     plan=simrecon.read_plan("quick"),
-    person=simrecon.Person(height_m=1.65),
 )
 result = simrecon.run(job)
 

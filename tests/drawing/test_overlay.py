@@ -414,7 +414,7 @@ def test_a_frame_takes_at_most_15_ms() -> None:
         for i in range(-11, 12)
     )
     shown = clip(capsules(extra=extra), 50)
-    shown = replace(shown, camera=camera(image_size_px=(960, 540)))
+    shown = replace(shown, camera=camera(50, image_size_px=(960, 540)))
     images = [np.zeros((540, 960, 3), np.uint8)] * 50
     start = time.process_time()
     for _ in overlay.render(shown, images):
