@@ -13,6 +13,8 @@ from simrecon import body as bodies
 from simrecon import scene as scenes
 from simrecon.evaluation import loads
 from simrecon.geometry import rotations
+from simrecon.sim.models import compile_text
+from simrecon.sim.poses import posed
 from simrecon.sim.state import initial_state
 from simrecon.types import Array, Body, Ground, Scene, SceneItem
 
@@ -89,7 +91,7 @@ def _swing(mass_kg: float, stiffness: float, damping: float, timestep_s: float) 
 </mujoco>
 """
     floor = Scene(Ground(stiffness_Npm=stiffness, damping_Nspm=damping))
-    model = mujoco.MjModel.from_xml_string(scenes.build(block, floor, timestep_s))
+    model = compile_text(scenes.build(block, floor, timestep_s))
     data = mujoco.MjData(model)
     depth_m = np.empty(round(3.0 / timestep_s))
     for step in range(len(depth_m)):
@@ -147,12 +149,8 @@ def _upright(person: Body) -> Array:
 
 
 def _placed(person: Body, qpos: Array) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = mujoco.MjModel.from_xml_string(person.mjcf)
-    data = mujoco.MjData(model)
-    data.qpos[:] = qpos
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    return model, data
+    model = compile_text(person.mjcf)
+    return model, next(posed(model, qpos[None]))
 
 
 def _lowest(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> float:
@@ -174,7 +172,7 @@ def _seat(person: Body, qpos: Array) -> SceneItem:
 
 def _held(person: Body, qpos: Array, scene: Scene, timestep_s: float) -> Array:
     """Mean force of items and ground (I + 1, 3) on a person who holds a pose, after it has come to rest."""
-    model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, scene, timestep_s))
+    model = compile_text(scenes.build(person.mjcf, scene, timestep_s))
     state = initial_state(model, qpos, np.zeros(model.nv))
     target = rotations.log(qpos[7:].reshape(-1, 4)).ravel()  # (nu,)
     steps = round((SETTLE_S + MEAN_S) / timestep_s)

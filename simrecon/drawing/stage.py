@@ -15,6 +15,8 @@ from simrecon.drawing.overlay import contact_sheet
 from simrecon.drawing.painter import Clip, Painter, View, has_view, three_quarter
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.sim.models import compile_text
+from simrecon.sim.poses import posed
 from simrecon.types import Array, Body, Camera, KinematicFit, Scene
 
 POSES = 7
@@ -55,8 +57,8 @@ def upright() -> Body:
 
 def beside(scene: Scene, person: Body, gap_m: float = _ASIDE_M) -> Array:
     """Configuration (1, nq) of a person who stands relaxed on the left of all items."""
-    model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, scene, _STEP_S))
-    low, high = _bounds(model, mujoco.MjData(model), [_rest(model, person)])[1]
+    model = compile_text(scenes.build(person.mjcf, scene, _STEP_S))
+    low, high = _bounds(model, [_rest(model, person)])[1]
     qpos = _rest(model, person)[: 7 + 4 * len(person.skeleton.names[1:])]
     qpos[0] = (low[0] + high[0]) / 2 if np.isfinite(low).all() else 0.0
     qpos[1] = high[1] + gap_m if np.isfinite(low).all() else 0.0
@@ -71,9 +73,7 @@ def _rest(model: mujoco.MjModel, person: Body) -> Array:
     qpos[:7] = 0.0
     qpos[3] = 1.0
     qpos[7 : 7 + 4 * count] = rotations.exp(prior.gaussian(person.skeleton).mean_rad).ravel()
-    data = mujoco.MjData(model)
-    data.qpos[:] = qpos
-    mujoco.mj_kinematics(model, data)
+    data = next(posed(model, qpos[None]))
     feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
     reach = np.abs(data.geom_xmat[feet].reshape(-1, 3, 3)[:, 2] * model.geom_size[feet]).sum(axis=1)
     qpos[2] = -float((data.geom_xpos[feet, 2] - reach).min())
@@ -83,10 +83,10 @@ def _rest(model: mujoco.MjModel, person: Body) -> Array:
 def _paint(scene: Scene, person: Body, poses: Array, camera: Camera | None, caption: str) -> Image:
     """One picture of as many persons as there are poses (P, nq)."""
     mjcf = scenes.build(_crowd(person.mjcf, len(poses)), scenes.hard_floor(scene), _STEP_S)
-    model = mujoco.MjModel.from_xml_string(mjcf)
+    model = compile_text(mjcf)
     qpos = np.array(model.qpos0)
     qpos[: poses.size] = poses.ravel()
-    (low, high), _ = _bounds(model, mujoco.MjData(model), [qpos])
+    (low, high), _ = _bounds(model, [qpos])
     if camera is None:
         camera = three_quarter(low, high, _facing(poses), _ELEVATION_RAD)
     corners = np.stack((low[:2], high[:2]))
@@ -130,13 +130,11 @@ def _facing(poses: Array) -> float:
 
 
 def _bounds(
-    model: mujoco.MjModel, data: mujoco.MjData, configurations: list[Array]
+    model: mujoco.MjModel, configurations: list[Array]
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Corners of the box that holds persons and items, and of the one that holds the items alone."""
     whole, items = [], []
-    for configuration in configurations:
-        data.qpos[:] = configuration
-        mujoco.mj_kinematics(model, data)
+    for data in posed(model, np.array(configurations)):
         for geom in range(model.ngeom):
             name = model.geom(geom).name
             if name == scenes.GROUND_GEOM or model.geom_rgba[geom, 3] == 0:

@@ -11,13 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from simrecon.evidence.mocap import names
-from simrecon.exports.clock import uniform_motion
+from simrecon.exports.clock import TO_Y_UP, uniform_motion
 from simrecon.geometry import rotations
 from simrecon.results import Result
 from simrecon.types import Array, Body, Skeleton
 
-WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Our world (z up) to that of the file (y up), as `evidence` reads it back."""
 LOCAL = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """Axes of a segment, x forward and z up, to those of a joint of the file, z forward and y up."""
 CM = 100.0
@@ -43,9 +41,9 @@ def bvh(body: Body, qpos: Array, interval_s: float) -> bytes:
     skeleton = body.skeleton
     quats = qpos[:, 3:].reshape(len(qpos), -1, 4)  # (T, 17, 4)
     local = LOCAL @ rotations.matrix(rotations.multiply(skeleton.rest, quats)) @ LOCAL.T
-    local[:, 0] = WORLD @ rotations.matrix(quats[:, 0]) @ LOCAL.T
+    local[:, 0] = TO_Y_UP @ rotations.matrix(quats[:, 0]) @ LOCAL.T
     angles = np.degrees(euler_zxy(local))  # (T, 17, 3)
-    columns = [CM * qpos[:, :3] @ WORLD.T]
+    columns = [CM * qpos[:, :3] @ TO_Y_UP.T]
     for segment, name in enumerate(skeleton.names):
         columns.append(angles[:, segment])
         if name.endswith("_ankle"):  # toes don't turn

@@ -1,9 +1,13 @@
-"""The motion of a result at a uniform frame rate, as other programs want it."""
+"""The motion of a result at a uniform frame rate, and its world y up, as other programs want them."""
 
 from __future__ import annotations
 
+from simrecon.evidence.axes import to_z_up
 from simrecon.results import Result, kinematic
 from simrecon.types import Array
+
+TO_Y_UP = to_z_up("y").T
+"""Our world (z up) to one with y up, as `evidence` reads it back."""
 
 
 def uniform_motion(result: Result) -> tuple[Array, Array]:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from simrecon import kinematics
-from simrecon.exports.clock import uniform_motion
+from simrecon.exports.clock import TO_Y_UP, uniform_motion
 from simrecon.results import Result
 from simrecon.types import Array
 
-WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Our world (z up) to that of the file (y up)."""
 HEADER = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame OrigNumFrames"
 
 
@@ -32,7 +28,7 @@ def trc(times_s: Array, names: tuple[str, ...], places_m: Array) -> bytes:
     count, markers = places_m.shape[:2]
     rate = f"{(count - 1) / (times_s[-1] - times_s[0]):.6f}"
     numbers = (rate, rate, str(count), str(markers), "m", rate, "1", str(count))
-    labels = ["Frame#", "Time", *("\t\t".join((name, "")) for name in names)]
+    labels = ["Frame#", "Time", *(f"{name}\t\t" for name in names)]
     axes = ["", "", *(f"{axis}{marker + 1}" for marker in range(markers) for axis in "XYZ")]
     head = [
         "PathFileType\t4\t(X/Y/Z)\tmotion.trc",
@@ -41,7 +37,7 @@ def trc(times_s: Array, names: tuple[str, ...], places_m: Array) -> bytes:
         "\t".join(labels).rstrip("\t"),
         "\t".join(axes),
     ]
-    rows = (places_m @ WORLD.T).reshape(count, -1)
+    rows = (places_m @ TO_Y_UP.T).reshape(count, -1)
     lines = [
         "\t".join((str(frame + 1), f"{time:.6f}", *(f"{value:.6f}" for value in row)))
         for frame, (time, row) in enumerate(zip(times_s - times_s[0], rows, strict=True))

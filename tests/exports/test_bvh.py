@@ -13,6 +13,7 @@ from simrecon.errors import InputError
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import bvh
 from simrecon.exports import bvh as writer
+from simrecon.exports.clock import TO_Y_UP
 from simrecon.geometry import rotations
 from simrecon.results import kinematic
 from simrecon.types import Array
@@ -58,7 +59,7 @@ def test_rotations_are_read_back(finished: Path) -> None:
     segments = [i for i, joint in enumerate(named) if not joint.name.endswith("ToeBase")]
     kept = np.delete(np.arange(10), 4)
     angles = np.radians(values[:, 3:].reshape(len(values), -1, 3))[kept][:, segments]  # (T, 17, 3)
-    world = writer.WORLD.T @ composed(angles[:, 0]) @ writer.LOCAL
+    world = TO_Y_UP.T @ composed(angles[:, 0]) @ writer.LOCAL
     local = writer.LOCAL.T @ composed(angles[:, 1:]) @ writer.LOCAL
     ours = rotations.multiply(body.skeleton.rest[1:], quats[:, 1:])
     assert rotations.angle_between(rotations.from_matrix(world), quats[:, 0]).max() < 1e-4

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon.geometry import rotations
+from simrecon.sim.models import compile_text
+from simrecon.sim.poses import posed
 from simrecon.types import Array, Body
 
 _SMOOTH_S = 0.08
@@ -43,17 +44,14 @@ def measure(person: Body, times_s: Array, qpos: Array) -> Motion:
         times_s: (T,) uniform.
         qpos: (T, 7 + 4 * 16) configurations.
     """
-    model = mujoco.MjModel.from_xml_string(person.mjcf)
-    data = mujoco.MjData(model)
+    model = compile_text(person.mjcf)
     seat = [model.geom(name).id for name in ("pelvis", "left_buttock", "right_buttock")]
     feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
     chest = model.body("neck").id
     frames = len(qpos)
     under, soles, trunk = np.empty(frames), np.empty((2, frames, 4, 3)), np.empty((frames, 3))
     signs = np.array([[x, y, -1.0] for x in (-1, 1) for y in (-1, 1)])
-    for frame, configuration in enumerate(qpos):
-        data.qpos[:] = configuration
-        mujoco.mj_kinematics(model, data)
+    for frame, data in enumerate(posed(model, qpos)):
         axes = data.geom_xmat.reshape(-1, 3, 3)
         reach = model.geom_size[seat, 0] + model.geom_size[seat, 1] * np.abs(axes[seat, 2, 2])
         under[frame] = (data.geom_xpos[seat, 2] - reach).min()
