@@ -38,9 +38,9 @@ def read(path: Path | str) -> Job:
         name: tables.build(kind, table.pop(name, {}), f"{where} [{name}]") for name, kind in SECTIONS.items()
     }
     known["scene"] = _scene(table.pop("scene", {}), path, folder)
-    known["plan"] = _plan(table.pop("plan", "default"), path)
+    known["plan"] = _plan(table.pop("plan", "default"), path, folder)
     plain = {name: key for name, key in tables.keys(Job).items() if name not in _OWN_FORM}
-    check_keys(where, table, plain, ("input", "output"))
+    check_keys(where, table, (*plain, *_OWN_FORM), ("input", "output"))
     for name, value in table.items():
         known[name] = tables.check(plain[name], value, where)
     return with_paths(Job(**known), lambda file: str((folder / file).resolve()))
@@ -102,10 +102,11 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
     return scene_files.scene(inside, meshes / Path(path).name)
 
 
-def _plan(table: Any, path: Path | str) -> plans.Plan:
+def _plan(table: Any, path: Path | str, folder: Path) -> plans.Plan:
     """A plan that stands in the file, or that a name or a path names."""
     if isinstance(table, str):
-        return plans.read(table)
+        own = folder / table
+        return plans.read(own if own.is_file() else table)
     if not isinstance(table, dict):
         raise InputError(f"{path}: plan is {table!r}; valid: a table, or the name of a plan")
     inside = dict(table)

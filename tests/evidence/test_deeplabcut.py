@@ -60,6 +60,7 @@ def test_of_several_people_one_is_chosen(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("coords,x,y", "coords,y,x", "coords: found y, x"),
+        ("bodyparts,", "bodyparts,nose,", "bodyparts: found 16 cells; valid: 15, as coords has"),
         ("\n2,", "\ntwo,", "line 6: found could not convert"),
         ("\n2,", "\n2,1.0,", "line 6: found 16 numbers after the first"),
         ("nose,nose,nose,left_hip", "nose,nose,nose,paw", "bodyparts: found"),

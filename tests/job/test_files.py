@@ -9,6 +9,7 @@ import pytest
 
 from simrecon import job as jobs
 from simrecon import plan as plans
+from simrecon import resources
 from simrecon.errors import InputError
 from simrecon.job import Hashes, Job, Person, Reading, request
 from simrecon.job.files import with_paths
@@ -66,12 +67,24 @@ def test_relative_paths_begin_at_the_file(job: Job, tmp_path: Path) -> None:
     assert own.scene.ground == Ground()
 
 
+def test_a_plan_of_ones_own_lies_beside_the_job(tmp_path: Path) -> None:
+    hasty = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
+    assert "population = " in hasty
+    (tmp_path / "hasty.toml").write_text(
+        hasty.replace("population = ", "population = 1", 1), encoding="utf-8"
+    )
+    text = 'schema = "simrecon.job/1"\ninput = "clip.npz"\noutput = "out"\nplan = "hasty.toml"\n'
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    assert jobs.read(tmp_path / "own.toml").plan == plans.read(tmp_path / "hasty.toml")
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (("simrecon.job/1", "simrecon.job/9"), "schema is 'simrecon.job/9'; valid: 'simrecon.job/1'"),
         (("seed = 7", "sed = 7"), "unknown key 'sed', did you mean 'seed'?"),
         (("seed = 7", "seed = -1"), "seed must be a whole number from 0"),
+        (("[reading]", "[readin]"), "unknown key 'readin', did you mean 'reading'?"),
         (("fps = 29.97", "fps = 1e9"), "[reading]: fps must be a number from 2 to 2000"),
         (('up = "y"', 'up = "w"'), "[reading]: up must be one of x, y, z"),
         (("height_m = 1.7", "heigth_m = 1.7"), "did you mean 'height_m'?"),

@@ -24,9 +24,12 @@ def read(content: Content, options: Options) -> Evidence:
     rows = [row for row in csv.reader(content.text.removeprefix("\ufeff").splitlines()) if row]
     header = {row[0]: row[1:] for row in rows[:4] if row[0] in ("individuals", "bodyparts", "coords")}
     parts, coordinates = header.get("bodyparts", []), header.get("coords", [])
-    if not parts or coordinates != list(COORDINATES) * (len(parts) // 3):
+    if not parts or coordinates != list(COORDINATES) * (len(coordinates) // 3):
         there = ", ".join(coordinates[:4]) or "none"
         raise content.fail("coords", there, "x, y, likelihood of each body part")
+    for name, cells in header.items():
+        if len(cells) != len(coordinates):
+            raise content.fail(name, f"{len(cells)} cells", f"{len(coordinates)}, as coords has")
     owners = header.get("individuals", [""] * len(parts))
     people = list(dict.fromkeys(owners))
     labels = list(dict.fromkeys(parts))
