@@ -20,7 +20,7 @@ from simrecon.batch.journal import Event, Places, check_alive
 from simrecon.batch.work import Assignment
 from simrecon.errors import InputError, SimreconError
 from simrecon.io.provenance import code_digest
-from simrecon.system import processor
+from simrecon.system import extras, processor
 
 CONNECT_S = 15.0
 SETTINGS = {
@@ -140,10 +140,7 @@ def need() -> tuple[Any, Any]:
     Raises:
         InputError: it is not installed.
     """
-    try:
-        return importlib.import_module("distributed"), importlib.import_module("dask")
-    except ImportError as error:
-        raise InputError("batch needs dask.distributed: pip install 'simrecon[batch]'") from error
+    return extras.load("distributed", "batch", "batch"), extras.load("dask", "batch", "batch")
 
 
 @contextlib.contextmanager

@@ -34,7 +34,7 @@ def scores(result: Simulated, on: Comparison) -> Scores:
     vertical = body_weight_pct(loads(result.model, result.scene, motion), mass)[..., 2].sum(-1)  # (T,)
     kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
-    numbers = {"thing_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
+    numbers = {"item_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
     known = at(on.times_s, motion.times_s, kept.astype(np.float64)) > 0.99  # not the first frame, no fallback
     numbers |= _sitting(at(on.times_s, motion.times_s, vertical), known, on)
     depths = [
@@ -42,7 +42,7 @@ def scores(result: Simulated, on: Comparison) -> Scores:
         for entry in check.penetrations(result.model, result.scene, motion.qpos[kept])
         if entry.name != scenes.GROUND_GEOM
     ]
-    numbers["thing_penetration_max_mm"] = 1e3 * float(max(depths, default=0.0))
+    numbers["item_penetration_max_mm"] = 1e3 * float(max(depths, default=0.0))
     return Scores({}, numbers | _sheets(result))
 
 
@@ -53,8 +53,8 @@ def _sitting(borne_pct: Array, known: Flags, on: Comparison) -> dict[str, float]
         return {}
     sitting, standing = (still & known for still in rests(hips, on.interval_s))
     return {
-        "thing_sitting_pct": float(borne_pct[sitting].mean()) if sitting.any() else np.nan,
-        "thing_standing_pct": float(borne_pct[standing].max()) if standing.any() else np.nan,
+        "item_sitting_pct": float(borne_pct[sitting].mean()) if sitting.any() else np.nan,
+        "item_standing_pct": float(borne_pct[standing].max()) if standing.any() else np.nan,
         "rises": float(releases(borne_pct[known], on.interval_s)),
         "reference_rises": float(rises(hips[:, 2])),
     }

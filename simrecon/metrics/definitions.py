@@ -82,12 +82,12 @@ FORCES = {
     "residual_max_pct": "its maximum",
 }
 ITEMS = {
-    "thing_load_pct": "mean vertical force of items, per cent of that of the whole scene",
-    "thing_sitting_pct": "their mean vertical force while the reference sits still, per cent of body weight",
-    "thing_standing_pct": "their greatest vertical force while the reference stands, per cent of body weight",
+    "item_load_pct": "mean vertical force of items, per cent of that of the whole scene",
+    "item_sitting_pct": "their mean vertical force while the reference sits still, per cent of body weight",
+    "item_standing_pct": "their greatest vertical force while the reference stands, per cent of body weight",
     "rises": "how often they bear the person and then let go for good",
     "reference_rises": "how often the reference rises",
-    "thing_penetration_max_mm": "greatest depth of the person in an item",
+    "item_penetration_max_mm": "greatest depth of the person in an item",
     "sheet_sink_mm": "greatest sink of a mat or trampoline",
     "apex_mm": "greatest height of the centre of mass over its height at the start",
     "apex_s": "when",

@@ -20,6 +20,7 @@ from simrecon.scene.mesh_shapes import (
     hull_points,
     simplified,
 )
+from simrecon.system import extras
 from simrecon.types import Array, IntArray, SceneItem
 
 SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
@@ -56,8 +57,7 @@ def check(item: SceneItem, folder: str, where: str) -> None:
     if method == "parts":
         if importlib.util.find_spec("coacd") is None:
             raise InputError(
-                f"{where} method 'parts' needs the extra `mesh`: pip install 'simrecon[mesh]'; "
-                f"without it: 'hull' or 'height'"
+                f"{where} method 'parts' needs coacd: {extras.how('mesh')}; without it: 'hull' or 'height'"
             )
         if not trimesh.Trimesh(vertices, faces, process=True).is_watertight:
             raise InputError(

@@ -207,7 +207,8 @@ def test_without_dask_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert cli.main(["batch", str(inputs), "-o", str(tmp_path / "out"), "--plan", plan]) == 2
     said = capsys.readouterr().err
-    assert said == "simrecon: error: batch needs dask.distributed: pip install 'simrecon[batch]'\n"
+    install = "python -m pip install '.[batch]' in simrecon's source folder"
+    assert said == f"simrecon: error: batch needs distributed: {install}\n"
     assert not (tmp_path / "out").exists()
 
 

@@ -63,6 +63,6 @@ def test_scores_without_items_are_none(standing: Any) -> None:
     assert items.scores(result, on).values == {}
     block = simulated(standing, Scene(items=(BLOCK,)), 0.1)
     values = items.scores(block, on).values
-    assert values["thing_load_pct"] == pytest.approx(100, abs=1)
-    assert 0 <= values["thing_penetration_max_mm"] < 10
+    assert values["item_load_pct"] == pytest.approx(100, abs=1)
+    assert 0 <= values["item_penetration_max_mm"] < 10
     assert "rises" not in values  # nobody sits down

@@ -266,7 +266,7 @@ def test_c3d_without_its_reader_says_what_to_install(tmp_path: Path, monkeypatch
     path = tmp_path / "clip.c3d"
     path.write_bytes(b"\x02\x50" + bytes(2000))
     monkeypatch.setitem(__import__("sys").modules, "ezc3d", None)
-    with pytest.raises(InputError, match=r"pip install 'simrecon\[c3d\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[c3d\]'"):
         evidence.read(path)
 
 

@@ -290,7 +290,7 @@ def test_hash_of_a_video_is_that_of_its_bytes(clip) -> None:
 
 def test_networks_say_what_is_missing(tmp_path, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "ai_edge_litert.interpreter", None)
-    with pytest.raises(InputError, match=r"pip install 'simrecon\[video\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[video\]'"):
         networks.Networks(tmp_path / "a", tmp_path / "b")
 
 

@@ -110,7 +110,7 @@ def test_parts_leave_the_hollow_open(tmp_path: Path) -> None:
 
 def test_without_the_extra_parts_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"needs the extra `mesh`.*'hull' or 'height'"):
+    with pytest.raises(InputError, match=r"needs coacd: .*'hull' or 'height'"):
         scene_of(tmp_path, hollow(), method="parts")
 
 

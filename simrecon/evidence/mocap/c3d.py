@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
 import struct
 
 import numpy as np
 
-from simrecon.errors import InputError
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import markers
 from simrecon.evidence.options import Options
 from simrecon.io.limits import size_text
+from simrecon.system import extras
 from simrecon.types import Evidence
 
 _BLOCK = 512
@@ -25,10 +24,7 @@ def matches(content: Content) -> bool:
 def read(content: Content, options: Options) -> Evidence:
     """Evidence of the markers' joint centres."""
     _check_size(content)
-    try:
-        ezc3d = importlib.import_module("ezc3d")
-    except ImportError as error:
-        raise InputError(f"{content.source}: C3D files need ezc3d: pip install 'simrecon[c3d]'") from error
+    ezc3d = extras.load("ezc3d", "c3d", f"{content.source}: the reader of C3D files")
     try:
         file = ezc3d.c3d(content.source)
         point = file["parameters"]["POINT"]

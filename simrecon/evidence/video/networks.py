@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -16,9 +15,8 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.evidence.video import blazepose
 from simrecon.evidence.video.blazepose import Candidate, Image, Pose, Region
+from simrecon.system import extras
 from simrecon.types import Array
-
-MISSING = "video needs ai-edge-litert: pip install 'simrecon[video]'"
 
 
 class Networks:
@@ -83,10 +81,7 @@ def _tensor(image: Image, scale: float, offset: float) -> Any:
 
 
 def _interpreter(path: Path, threads: int) -> Any:
-    try:
-        litert = importlib.import_module("ai_edge_litert.interpreter")
-    except ImportError as error:
-        raise InputError(MISSING) from error
+    litert = extras.load("ai_edge_litert.interpreter", "video", "video")
     try:
         with _quiet():
             network = litert.Interpreter(str(path), num_threads=threads)
