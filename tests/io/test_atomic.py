@@ -54,14 +54,14 @@ def test_the_file_is_replaced_and_nothing_is_left_beside_it(target: Path, writer
 def test_a_rename_that_fails_leaves_the_old_file(
     target: Path, writer: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(atomic.os, "replace", no_space)
+    monkeypatch.setattr(os, "replace", no_space)
     with pytest.raises(OSError, match="No space left"):
         WRITERS[writer](target)
     assert_as_before(target)
 
 
 def test_a_disk_that_fails_leaves_the_old_file(target: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atomic.os, "fsync", no_space)
+    monkeypatch.setattr(os, "fsync", no_space)
     with pytest.raises(OSError, match="No space left"):
         atomic.write_bytes(target, b"new", durable=True)
     assert_as_before(target)
@@ -97,8 +97,8 @@ def test_a_durable_file_is_on_the_disk_before_its_name_and_the_folder_after(
         calls.append("rename")
         really_replace(source, place)
 
-    monkeypatch.setattr(atomic.os, "fsync", sync)
-    monkeypatch.setattr(atomic.os, "replace", replace)
+    monkeypatch.setattr(os, "fsync", sync)
+    monkeypatch.setattr(os, "replace", replace)
     atomic.write_bytes(target, b"new", durable=True)
     assert calls == ["file", "rename", *(["folder"] if os.name != "nt" else [])]
     calls.clear()
@@ -134,10 +134,12 @@ def test_the_longest_name_that_a_folder_can_have(tmp_path: Path) -> None:
 
 def test_threads_that_write_one_file_leave_one_of_their_texts(target: Path) -> None:
     texts = [str(i) * 100_000 for i in range(4)]
-    threads = [
-        threading.Thread(target=lambda text=text: [atomic.write_text(target, text) for _ in range(20)])
-        for text in texts
-    ]
+
+    def write(text: str) -> None:
+        for _ in range(20):
+            atomic.write_text(target, text)
+
+    threads = [threading.Thread(target=write, args=(text,)) for text in texts]
     for thread in threads:
         thread.start()
     for thread in threads:

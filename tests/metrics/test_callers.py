@@ -30,7 +30,7 @@ def public(tree: ast.Module) -> dict[str, Definition]:
 
 def imported(tree: ast.Module) -> dict[str, str]:
     """The dotted name of what each imported name stands for."""
-    names = {}
+    names: dict[str, str] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             names |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}

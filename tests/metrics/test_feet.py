@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from simrecon.metrics import contact, feet
+from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import of_frames
 from simrecon.types import Array
 
 FPS = 30.0
 
 
-def pct(flags: Array) -> float:
+def pct(flags: Array | Flags) -> float:
     """Per cent of what counts."""
     return of_frames(flags, scale=100.0).value
 

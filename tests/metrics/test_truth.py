@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from simrecon.errors import InputError
 from simrecon.metrics import truth as truths
@@ -15,23 +16,23 @@ def test_body_joints_start_with_the_hips() -> None:
 
 
 def test_read_truth(tmp_path: Path, rng: np.random.Generator) -> None:
-    joints = rng.normal(size=(6, 12, 3))
+    joints, times_s = rng.normal(size=(6, 12, 3)), np.arange(6) / 10
     path = tmp_path / "truth.npz"
-    arrays = {
+    arrays: dict[str, ArrayLike] = {
         "schema": "simrecon.truth/1",
-        "times_s": np.arange(6) / 10,
+        "times_s": times_s,
         "joint_names": np.array(truths.BODY_JOINTS),
         "joints_m": joints,
         "peer_names": np.array(["other"]),
     }
-    np.savez(path, **arrays)
+    np.savez(path, allow_pickle=False, **arrays)
     truth = truths.read_truth(path)
     assert truth.joint_names == truths.BODY_JOINTS
     np.testing.assert_array_equal(truth.joints_m, joints)
     for key, value in (
-        ("schema", "simrecon.evidence/1"), ("times_s", arrays["times_s"][::-1]), ("joints_m", joints[:5]),
+        ("schema", "simrecon.evidence/1"), ("times_s", times_s[::-1]), ("joints_m", joints[:5]),
         ("joints_m", np.where(joints > 1, np.nan, joints)), ("joint_names", np.array(["a"] * 12)),
     ):  # fmt: skip
-        np.savez(path, **arrays | {key: value})
+        np.savez(path, allow_pickle=False, **arrays | {key: value})
         with pytest.raises(InputError, match=f"truth.npz: {key}: found"):
             truths.read_truth(path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simrecon.optim import covariance as covariances
-from simrecon.optim.covariance import Covariance, Shape
+from simrecon.optim.covariance import Covariance, LowRank, Shape
 
 
 def learned(kind: Covariance, n: int, count: int) -> Shape:
@@ -68,6 +68,7 @@ def test_low_rank_algebra_is_that_of_its_matrix() -> None:
     np.testing.assert_allclose(shape.whiten(shape.colour(steps)), steps, atol=1e-9)
     expected = np.einsum("pi,ij,pj->p", steps, np.linalg.inv(matrix), steps)
     np.testing.assert_allclose(shape.distance2(steps), expected, rtol=1e-6)
+    assert isinstance(shape, LowRank)
     np.testing.assert_allclose(shape._axes @ shape._axes.T, np.eye(len(shape._axes)), atol=1e-9)
 
 

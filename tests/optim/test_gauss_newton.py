@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from simrecon.optim.gauss_newton import Quadratic, Term, residuals
+from simrecon.types import Array
+
+Loss = Callable[[Array], Array]
 
 RNG = np.random.default_rng(3)
 
@@ -19,14 +24,14 @@ RNG = np.random.default_rng(3)
     ],
     ids=["square", "norm", "exponential"],
 )
-def test_the_weighted_squares_have_the_gradient_of_the_loss(rho, slope) -> None:
+def test_the_weighted_squares_have_the_gradient_of_the_loss(rho: Loss, slope: Loss | None) -> None:
     slopes, offset = RNG.normal(size=(5, 7, 3)), RNG.normal(size=(7, 3))
     weight = RNG.uniform(0.5, 2.0, 7)
 
-    def vectors(x):
+    def vectors(x: Array) -> Array:
         return np.einsum("nkd,pn->pkd", slopes, x) + offset
 
-    def loss(x):
+    def loss(x: Array) -> Array:
         return np.sum(weight * rho(np.linalg.norm(vectors(x), axis=-1)), axis=-1)
 
     here, step = RNG.normal(size=5) * 0.1, 1e-6

@@ -59,8 +59,7 @@ def test_every_name_is_one_of_our_stand_ins(name: str) -> None:
         is entry
     )
     for stand_in in (entry.make, entry.value):
-        home = getattr(stand_in, "__module__", None)
-        assert stand_in is None or home.startswith("simrecon.io.pickles.")
+        assert stand_in is None or stand_in.__module__.startswith("simrecon.io.pickles.")
         assert not isinstance(stand_in, type) or issubclass(stand_in, arrays.Shell)
     if inspect.isfunction(entry.make):
         assert Path(inspect.getfile(entry.make)).parent == Path(pickles.__file__).parent
