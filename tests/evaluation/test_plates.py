@@ -34,7 +34,7 @@ def test_filtered_forces_against_plates() -> None:
 
 def test_means_since_the_frame_before_lie_in_the_middle() -> None:
     """A force that grows steadily, with a blow in the first frame; centres of pressure only where loaded."""
-    times = np.arange(300) * DT
+    times = np.arange(300.0) * DT
     growing = np.zeros((300, 2, 3))
     growing[:, 0, 2] = 300.0 * times
     force = growing.copy()

@@ -102,7 +102,7 @@ def test_a_stiff_floor_swings_right_at_small_steps() -> None:
 
 def test_a_dropped_block_comes_back_as_the_formula_says() -> None:
     heights = 0.2 - sinks(built(soft(2e4, 150.0), 70.0, 0.004, 0.2), 1.6, 0.2)
-    times = 0.004 * np.arange(1, len(heights) + 1)
+    times = 0.004 * np.arange(1.0, len(heights) + 1)
     expected = dropped(70.0, 2e4, 150.0, times, 0.2)
     for start, within in ((100, 0.03), (225, 0.1)):  # after the first and the second landing
         here, there = heights[start : start + 100], expected[start : start + 100]
