@@ -10,8 +10,8 @@ from simrecon.evidence.video import blazepose
 from simrecon.evidence.video.blazepose import Region
 
 
-def logit(p):
-    return np.log(p / (1 - p))
+def logit(p: float) -> float:
+    return float(np.log(p / (1 - p)))
 
 
 def test_anchors_are_those_of_the_network() -> None:
@@ -43,7 +43,7 @@ def test_scores_far_beyond_the_clip_are_no_overflow() -> None:
 
 
 def test_weighted_suppression_means_the_overlapping_and_keeps_the_others() -> None:
-    def row(x, score):
+    def row(x: float, score: float) -> list[float]:
         return [x, 0.0, x + 0.2, 0.2, *[x] * 8, score]
 
     found = blazepose.suppress(np.array([row(0.10, 0.9), row(0.14, 0.6), row(0.5, 0.55)]))
@@ -59,7 +59,7 @@ def test_suppression_ends_with_boxes_of_no_size() -> None:
 
 
 @pytest.mark.parametrize(("edge", "angle"), [((0, -1), 0), ((1, 0), 90), ((0, 1), -180), ((-1, 0), -90)])
-def test_region_is_turned_with_the_person(edge, angle) -> None:
+def test_region_is_turned_with_the_person(edge: tuple[int, int], angle: int) -> None:
     region = blazepose.align(np.array([50.0, 40.0]), np.array([50.0, 40.0]) + 20 * np.array(edge, float))
     np.testing.assert_allclose(np.degrees(region.angle_rad), angle, atol=1e-9)
     assert region.side_px == pytest.approx(2 * 20 * 1.25)
@@ -68,7 +68,7 @@ def test_region_is_turned_with_the_person(edge, angle) -> None:
 
 
 @given(st.integers(1, 4000), st.integers(1, 4000))
-def test_letterbox_round_trip(width, height) -> None:
+def test_letterbox_round_trip(width: int, height: int) -> None:
     scale, bars = blazepose.letterbox(width, height, 224)
     corner = np.array([width, height]) / scale + bars  # in the network's input
     np.testing.assert_allclose(corner + bars, 224)
@@ -86,8 +86,9 @@ def test_candidates_of_a_tile_come_back_to_the_image() -> None:
     assert found.region.angle_rad == pytest.approx(0)
 
 
-def test_crop_takes_the_pixels_that_its_matrix_names(rng) -> None:
-    image = cv2.GaussianBlur(rng.integers(0, 255, (300, 400, 3), np.uint8), (0, 0), 6)
+def test_crop_takes_the_pixels_that_its_matrix_names(rng: np.random.Generator) -> None:
+    noise = rng.integers(0, 255, (300, 400, 3), np.uint8)
+    image = np.asarray(cv2.GaussianBlur(noise, (0, 0), 6), np.uint8)
     region = Region(np.array([180.0, 150.0]), 128.0, np.radians(30))
     made = blazepose.crop(image, region, 64)
     for i, j in ((10, 50), (32, 32), (60, 7)):

@@ -9,6 +9,7 @@ import pytest
 from simrecon.errors import InputError
 from simrecon.evidence.camera import files
 from simrecon.geometry import camera as cameras
+from simrecon.types import Array
 
 K = np.array([[900.0, 0, 500], [0, 910, 400], [0, 0, 1]])
 DISTORTION = [0.1, -0.05, 0.001, -0.002, 0.01]
@@ -21,7 +22,7 @@ CENTRE = np.array([0.0, -4.0, 1.5])
 TRANSLATION = -ROTATION @ CENTRE
 
 
-def section(name: str, *, matrix=K, rotation=ROTATION, extra: str = "") -> str:
+def section(name: str, *, matrix: Array = K, rotation: Array = ROTATION, extra: str = "") -> str:
     vector = cv2.Rodrigues(np.asarray(rotation, float))[0].ravel().tolist()
     translation = (-np.asarray(rotation) @ CENTRE).tolist()
     return (
@@ -36,7 +37,7 @@ def written(folder: Path, text: str, name: str = "camera.toml") -> Path:
     return path
 
 
-def test_pose2sim(tmp_path) -> None:
+def test_pose2sim(tmp_path: Path) -> None:
     text = (
         section("cam_01") + section("cam_02", matrix=K * [[2], [2], [1]]) + "[metadata]\nadjusted = false\n"
     )
@@ -57,7 +58,7 @@ def test_pose2sim(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("nested", [False, True])
-def test_caliscope(tmp_path, nested) -> None:
+def test_caliscope(tmp_path: Path, nested: bool) -> None:
     text = section("cam_0", extra="port = 0\nrotation_count = 0\nignore = false\n").replace(
         'name = "cam_0"\n', ""
     )
@@ -66,7 +67,7 @@ def test_caliscope(tmp_path, nested) -> None:
     np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
 
 
-def test_a_world_with_another_up_axis_is_asked_for(tmp_path) -> None:
+def test_a_world_with_another_up_axis_is_asked_for(tmp_path: Path) -> None:
     turned = ROTATION @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # of a world with y up
     path = written(tmp_path, section("cam", rotation=turned))
     with pytest.raises(
@@ -74,16 +75,18 @@ def test_a_world_with_another_up_axis_is_asked_for(tmp_path) -> None:
     ):
         files.read(path)
     found, how = files.read(path, up="y")
+    assert found.path is not None
     np.testing.assert_allclose(found.path[0, :3, :3], ROTATION, atol=1e-9)
     assert "world y up" in how
 
 
-def test_own_file(tmp_path) -> None:
+def test_own_file(tmp_path: Path) -> None:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = ROTATION, TRANSLATION
     text = f"image_size_px = [1000, 800]\nfocal_px = 900\nworld_to_camera = {pose.tolist()}\n"
     found, how = files.read(written(tmp_path, text))
-    np.testing.assert_allclose(found.lens.matrix_px, [[900, 0, 499.5], [0, 900, 399.5], [0, 0, 1]])
+    np.testing.assert_allclose(found.lens.matrix_px, [[900, 0, 499.5], [0, 900, 399.5], [0, 0, 1.0]])
+    assert found.path is not None
     np.testing.assert_allclose(found.path, [pose])
     assert "with its pose" in how
     plain, how = files.read(written(tmp_path, f"image_size_px = [1000, 800]\nmatrix_px = {K.tolist()}\n"))
@@ -92,7 +95,7 @@ def test_own_file(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["yml", "xml"])
-def test_opencv(tmp_path, suffix) -> None:
+def test_opencv(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"camera.{suffix}"
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     storage.write("image_width", 1000)
@@ -109,7 +112,7 @@ def test_opencv(tmp_path, suffix) -> None:
     np.testing.assert_allclose(cameras.centre_m(found)[0], CENTRE, atol=1e-9)
 
 
-def test_ros_yaml(tmp_path) -> None:
+def test_ros_yaml(tmp_path: Path) -> None:
     text = (
         "image_width: 1000\nimage_height: 800\ncamera_name: left\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
         f"  data: {K.ravel().tolist()}\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n"
@@ -121,7 +124,7 @@ def test_ros_yaml(tmp_path) -> None:
     assert found.lens.image_size_px == (1000, 800)
 
 
-def test_scaled_to_the_video(tmp_path) -> None:
+def test_scaled_to_the_video(tmp_path: Path) -> None:
     path = written(tmp_path, section("cam"))
     found, how = files.read(path, size_px=(500, 400))
     assert "scaled by 0.5 from 1000 x 800" in how
@@ -147,13 +150,13 @@ def test_scaled_to_the_video(tmp_path) -> None:
         ("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n", "camera|damaged"),
     ],
 )
-def test_broken_files(tmp_path, text, message) -> None:
+def test_broken_files(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         files.read(written(tmp_path, text))
     assert "camera.toml" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_no_such_file(tmp_path) -> None:
+def test_no_such_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="can't be read"):
         files.read(tmp_path / "none.toml")

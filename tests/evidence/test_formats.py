@@ -10,6 +10,7 @@ import pytest
 from simrecon import cli, evidence
 from simrecon.errors import InputError
 from simrecon.evidence import Options, formats
+from simrecon.evidence.content import open_content
 from simrecon.evidence.keypoints import layouts
 from simrecon.types import Camera, Lens
 from tests.support import foreign_files as foreign
@@ -58,7 +59,7 @@ def test_the_content_decides_not_the_name(tmp_path: Path) -> None:
 def test_formats_have_different_names_and_exclude_one_another(tmp_path: Path) -> None:
     assert len(set(formats.names())) == len(formats.READERS)
     for path in (network(tmp_path), landmarks(tmp_path), bvh(tmp_path)):
-        content = formats.open_content(path)
+        content = open_content(path)
         assert sum(reader.matches(content) for reader in formats.READERS) == 1
 
 
@@ -163,7 +164,7 @@ def test_the_reading_says_how_both_files_were_read(tmp_path: Path) -> None:
 def test_a_field_of_view_makes_a_lens(tmp_path: Path) -> None:
     found = observed(landmarks(tmp_path), "--fps", "30", "--fov", "90", "--size", "1280x720")
     assert found.camera is not None
-    np.testing.assert_allclose(found.camera.lens.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1]])
+    np.testing.assert_allclose(found.camera.lens.matrix_px, [[640, 0, 639.5], [0, 640, 359.5], [0, 0, 1.0]])
     assert found.camera.lens.image_size_px == (1280, 720)
 
 

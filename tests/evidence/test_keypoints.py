@@ -139,6 +139,7 @@ def test_round_trip(tmp_path: Path, name: str) -> None:
     if name != "COCO dataset":
         np.testing.assert_allclose(found.scores, scores[:, keep], atol=1e-6)
     np.testing.assert_allclose(found.times_s, (np.arange(T) + 5) / FPS, atol=1e-9)
+    assert found.camera is not None
     assert found.camera is LENS or found.camera.lens.image_size_px == (640, 480)
     assert found.reading.split(":")[0].split("/")[0] in (
         "OpenPose",
@@ -368,7 +369,9 @@ def sam3d(folder: Path, focal: Any = FOCAL, kind: str = "pickle", **change: Any)
     if kind == "npz":
         keys = ("focal_length", "pred_keypoints_3d", "pred_keypoints_2d", "pred_cam_t")
         path = folder / "sam.npz"
-        np.savez(path, **{key: np.stack([frame[0][key] for frame in frames]) for key in keys})
+        np.savez(
+            path, allow_pickle=False, **{key: np.stack([frame[0][key] for frame in frames]) for key in keys}
+        )
         return path
     if kind == "json":
         tree = {
@@ -389,7 +392,7 @@ def test_sam_3d_body_round_trip(tmp_path: Path, kind: str) -> None:
     np.testing.assert_allclose(found.keypoints_px, seen(shape + place[:, None], FOCAL)[:, keep], atol=1e-2)
     assert found.camera is not None
     np.testing.assert_allclose(
-        found.camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=0.05
+        found.camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1.0]], atol=0.05
     )
     assert found.camera.lens.image_size_px == SIZE
 
@@ -470,9 +473,9 @@ BAD3D: dict[str, tuple[Callable[[Path], Path], str]] = {
         lambda f: phalp(f, camera=None),
         "outputs/img/000000.jpg.camera: found no such list",
     ),
-    "PHALP, too few": (lambda f: phalp(f, **{"3d_joints": []}), "3d_joints: found 0 people"),
+    "PHALP, too few": (lambda f: phalp(f, people=1, **{"3d_joints": []}), "3d_joints: found 0 people"),
     "PHALP, wrong rank": (
-        lambda f: phalp(f, **{"3d_joints": [np.zeros(135)]}),
+        lambda f: phalp(f, people=1, **{"3d_joints": [np.zeros(135)]}),
         "3d_joints[0]: found shape (135,)",
     ),
     "PHALP, NaN": (lambda f: phalp(f, camera=[np.full(3, np.nan)]), "found NaN"),
@@ -491,7 +494,7 @@ def test_a_lens_is_found_again() -> None:
     joints = shape + place[:, None]
     camera, off = people3d.lens(joints, seen(joints, FOCAL), None)
     np.testing.assert_allclose(
-        camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1]], atol=1e-6
+        camera.lens.matrix_px, [[FOCAL, 0, 640], [0, FOCAL, 360], [0, 0, 1.0]], atol=1e-6
     )
     assert off < 1e-6
     assert people3d.lens(joints, seen(joints, FOCAL)[:, ::-1], None)[1] > 50

@@ -153,6 +153,7 @@ def panning() -> Array:
 
 def test_a_moving_camera_has_a_transform_for_each_frame(tmp_path: Path) -> None:
     evidence = read(saved(tmp_path, content() | {"world_to_camera": panning()}))
+    assert evidence.camera is not None
     np.testing.assert_array_equal(evidence.camera.path, panning())
     write(tmp_path / "copy.npz", evidence)
     assert_same(read(tmp_path / "copy.npz"), evidence)

@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -28,10 +29,9 @@ def moving(times_s: Array) -> Evidence:
     )
 
 
-def assert_on_the_lines(evidence: Evidence, seen: Array) -> None:
+def assert_on_the_lines(evidence: Evidence, seen: npt.NDArray[np.bool_]) -> None:
     """As `moving` where `seen` (G,), and nothing elsewhere; 1e-3 intervals of snapping are allowed."""
     want = moving(evidence.times_s)
-    seen = np.asarray(seen, bool)
     np.testing.assert_allclose(evidence.keypoints_px[seen], want.keypoints_px[seen], rtol=0, atol=2e-3)
     np.testing.assert_allclose(evidence.joints_m[seen], want.joints_m[seen], rtol=0, atol=1e-4)
     np.testing.assert_allclose(evidence.scores[seen], 0.8)
@@ -76,10 +76,12 @@ def test_variable_rate_is_interpolated(seed: int) -> None:
     assert errors[evidence.times_s <= on_grid.times_s[-1]].max() <= 0.5 + 1e-9
     assert errors.max() <= 0.9 + 1e-9
     inside = on_grid.times_s <= evidence.times_s[-1] + 1e-9
-    assert_on_the_lines(Evidence(**{**vars(on_grid), **_sliced(on_grid, inside)}), np.ones(inside.sum()))
+    assert_on_the_lines(
+        Evidence(**{**vars(on_grid), **_sliced(on_grid, inside)}), np.ones(inside.sum(), dtype=bool)
+    )
 
 
-def _sliced(evidence: Evidence, frames: Array) -> dict[str, Array]:
+def _sliced(evidence: Evidence, frames: npt.NDArray[np.bool_]) -> dict[str, Array]:
     names = ("times_s", "keypoints_px", "scores", "joints_m")
     return {name: getattr(evidence, name)[frames] for name in names}
 
@@ -88,7 +90,7 @@ def test_times_rounded_to_milliseconds_keep_one_grid_point_per_frame() -> None:
     on_grid, index = resample(moving(np.round(np.arange(300) / 30, 3)))
     np.testing.assert_array_equal(index, np.arange(300))
     np.testing.assert_allclose(on_grid.times_s, np.arange(300) / 30, atol=6e-4)
-    assert_on_the_lines(on_grid, np.ones(300))
+    assert_on_the_lines(on_grid, np.ones(300, dtype=bool))
 
 
 def test_unseen_landmarks_are_not_interpolated() -> None:
@@ -96,7 +98,7 @@ def test_unseen_landmarks_are_not_interpolated() -> None:
     evidence.keypoints_px[1, 0] = np.nan
     evidence.keypoints_px[3, 0] = np.nan
     on_grid, _ = resample(evidence)
-    unseen = np.isnan(on_grid.keypoints_px).any(-1)
+    unseen = np.asarray(np.isnan(on_grid.keypoints_px).any(-1))
     np.testing.assert_array_equal(unseen[:, 0], [False, True, False, True, False, False])
     assert not unseen[:, 1].any()
     np.testing.assert_array_equal(on_grid.scores[:, 0] == 0, unseen[:, 0])
@@ -130,14 +132,20 @@ def test_a_moving_camera_is_interpolated() -> None:
     times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0, 7.7, 9.0, 10.0]) / 30
     on_grid, _ = resample(replace(moving(times_s), camera=carried(times_s)))
     expected = carried(on_grid.times_s).path
+    assert expected is not None
+    assert on_grid.camera is not None
+    assert on_grid.camera.path is not None
     np.testing.assert_allclose(on_grid.camera.path, expected, atol=1e-12)
 
 
 def test_a_still_camera_stays_where_it_is() -> None:
     times_s = np.array([0.0, 1.3, 2.0, 3.0, 7.0]) / 30
-    where = carried(times_s).path[3]
+    path = carried(times_s).path
+    assert path is not None
+    where = path[3]
     camera = cameras.still(carried(times_s).lens, where, len(times_s))
     on_grid, _ = resample(replace(moving(times_s), camera=camera))
+    assert on_grid.camera is not None
     np.testing.assert_array_equal(on_grid.camera.path, np.tile(where, (len(on_grid.times_s), 1, 1)))
 
 

@@ -101,7 +101,7 @@ def tram_camera(folder: Path, turn: np.ndarray, place: np.ndarray, world: bool =
 def prompthmr(folder: Path, **change: Any) -> Path:
     vectors, place = foreign.poses()
     pose = np.concatenate((vectors[:, :22].reshape(T, 66), np.zeros((T, 99))), axis=1)
-    track = {
+    track: dict[str, Any] = {
         "smplx_world": {"pose": pose, "shape": np.zeros((T, 10)), "trans": place},
         "frames": np.arange(T),
     }
@@ -123,7 +123,7 @@ def amass(folder: Path, **change: Any) -> Path:
     turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
     root = rotations.log(rotations.from_matrix(turn @ rotations.matrix(rotations.exp(vectors[:, 0]))))
     body = np.concatenate((root, vectors[:, 1:22].reshape(T, 63), np.zeros((T, 90))), axis=1)
-    tree = {
+    tree: dict[str, Any] = {
         "poses": body,
         "trans": _z_up_place(place, "smpl"),
         "betas": np.arange(16.0),
@@ -162,7 +162,7 @@ def amass_x(folder: Path, **change: Any) -> Path:
 
 def plain(folder: Path, **change: Any) -> Path:
     vectors, place = foreign.poses()
-    tree = {
+    tree: dict[str, Any] = {
         "global_orient": vectors[:, 0],
         "body_pose": vectors[:, 1:].reshape(T, 69),
         "transl": place,
@@ -334,6 +334,7 @@ def test_a_path_brings_the_world_to_what_the_camera_sees(tmp_path: Path, layout:
     _, _, _, _, vectors, place = pan.sets()
     expected = foreign.smpl_joints(table(), pan.model, vectors, place)
     assert seen.joints_frame == "world"
+    assert seen.camera is not None
     np.testing.assert_allclose(cameras.to_camera(seen.camera, seen.joints_m), expected, atol=1e-6)
     np.testing.assert_allclose(seen.camera.lens.matrix_px, K)
     assert not seen.ground_known
@@ -346,6 +347,7 @@ def test_a_path_that_jumps_is_left_out(tmp_path: Path, layout: str) -> None:
     assert seen.ground_known
     assert "its path jumps by" in seen.reading
     if layout == "WHAM":  # the user's lens
+        assert seen.camera is not None
         assert seen.camera.path is None
         assert "taken for still" in seen.reading
     else:
@@ -382,6 +384,7 @@ def test_a_camera_that_stands_keeps_the_lens_alone(tmp_path: Path) -> None:
     _, _, seen, there = foreign.carried(vectors, place, pelvis, pan_rad=0.05, move_m=0.02)
     flat = {"pose": seen.reshape(T, 72), "pose_world": vectors.reshape(T, 72)}
     still = evidence.read(wham(tmp_path, trans=there, trans_world=place, **flat), WITH_LENS)
+    assert still.camera is not None
     assert still.camera.path is None
     assert still.ground_known
     assert "the camera" not in still.reading

@@ -5,13 +5,16 @@ import pytest
 
 from simrecon.evidence.video import swaps
 from simrecon.evidence.video.blazepose import NAMES
+from simrecon.types import Array, IntArray
 
 T = 60
 ARMS, LEGS = (swaps.pairs(parts) for parts in (swaps.ARMS, swaps.LEGS))
+Walk = tuple[Array, Array, Array, Array, Array]
+"""Times, points, scores, world and scale, as `swaps.find` takes them."""
 
 
 @pytest.fixture
-def walk():
+def walk() -> Walk:
     """A person who walks to the right, seen from the side: limbs cross twice a second."""
     times = np.arange(T) / 30
     world = np.zeros((T, 33, 3))
@@ -25,18 +28,19 @@ def walk():
     return times, points, np.full((T, 33), 0.9), world, np.full(T, 200.0)
 
 
-def swap(values, rows, index):
+def swap(values: Array, rows: list[int], index: IntArray) -> Array:
     made = values.copy()
-    made[np.ix_(rows, index.ravel())] = values[np.ix_(rows, index[:, ::-1].ravel())]
+    at = np.array(rows)
+    made[np.ix_(at, index.ravel())] = values[np.ix_(at, index[:, ::-1].ravel())]
     return made
 
 
-def test_crossing_limbs_are_left_alone(walk) -> None:
+def test_crossing_limbs_are_left_alone(walk: Walk) -> None:
     assert not swaps.find(*walk).any()
 
 
 @pytest.mark.parametrize("rows", [[7], [0], [59], list(range(20, 32)), [5, 6, 30, 31, 32, 50]])
-def test_swapped_frames_are_found_and_undone(walk, rows) -> None:
+def test_swapped_frames_are_found_and_undone(walk: Walk, rows: list[int]) -> None:
     times, points, scores, world, scale = walk
     mixed, mixed_world = swap(points, rows, LEGS), swap(world, rows, LEGS)
     found = swaps.find(times, mixed, scores, mixed_world, scale)
@@ -46,7 +50,7 @@ def test_swapped_frames_are_found_and_undone(walk, rows) -> None:
     np.testing.assert_array_equal(swaps.exchange(mixed_world, found), world)
 
 
-def test_arms_and_legs_are_told_apart(walk) -> None:
+def test_arms_and_legs_are_told_apart(walk: Walk) -> None:
     times, points, scores, world, scale = walk
     points, world = swap(points, [10, 11], ARMS), swap(world, [10, 11], ARMS)
     points, world = swap(points, [40], LEGS), swap(world, [40], LEGS)
@@ -54,7 +58,7 @@ def test_arms_and_legs_are_told_apart(walk) -> None:
     assert np.argwhere(found).tolist() == [[10, 0], [11, 0], [40, 1]]
 
 
-def test_long_videos_go_by_parts(walk, monkeypatch) -> None:
+def test_long_videos_go_by_parts(walk: Walk, monkeypatch: pytest.MonkeyPatch) -> None:
     times, points, scores, world, scale = walk
     points, world = swap(points, [20, 21, 40], LEGS), swap(world, [20, 21, 40], LEGS)
     whole = swaps.find(times, points, scores, world, scale)
@@ -63,7 +67,7 @@ def test_long_videos_go_by_parts(walk, monkeypatch) -> None:
     assert whole.sum() == 3
 
 
-def test_unseen_frames_and_gaps(walk) -> None:
+def test_unseen_frames_and_gaps(walk: Walk) -> None:
     times, points, scores, world, scale = walk
     points = swap(points, [20], LEGS)
     world = swap(world, [20], LEGS)

@@ -3,8 +3,10 @@ from __future__ import annotations
 import hashlib
 import struct
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, Never, ParamSpec
 
 import cv2
 import numpy as np
@@ -18,22 +20,29 @@ from simrecon.evidence.video import detection, frames, metadata, networks, weigh
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.tracker import Choice
 from simrecon.job import Job, inputs
-from simrecon.types import Camera, Lens
+from simrecon.types import Camera, Evidence, Lens
 from tests.support import video_files as files
 from tests.support.video_files import GREEN, RED
 
+P = ParamSpec("P")
 
-def lens(size=(160, 120)) -> Camera:
+
+def lens(size: tuple[int, int] = (160, 120)) -> Camera:
     return Camera(Lens(np.array([[150.0, 0, 80], [0, 150, 60], [0, 0, 1]]), np.zeros(5), size))
 
 
-@pytest.fixture
-def network(tmp_path, monkeypatch) -> files.Rectangles:
-    """Instead of BlazePose, with weights that are only names."""
-    made = files.Rectangles()
-    made.loaded = 0
+class Loaded(files.Rectangles):
+    """Counts how often it is loaded."""
 
-    def load(*_paths):
+    loaded = 0
+
+
+@pytest.fixture
+def network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loaded:
+    """Instead of BlazePose, with weights that are only names."""
+    made = Loaded()
+
+    def load(*_paths: Path) -> Loaded:
         made.loaded += 1
         return made
 
@@ -43,20 +52,20 @@ def network(tmp_path, monkeypatch) -> files.Rectangles:
     return made
 
 
-def fake(test):
+def fake(test: Callable[P, None]) -> Callable[P, None]:
     """For tests that need the fixture `network` only for what it replaces."""
     return pytest.mark.usefixtures("network")(test)
 
 
 @pytest.fixture
-def clip(tmp_path) -> Path:
+def clip(tmp_path: Path) -> Path:
     images = [files.scene([(40 + 2 * t, 60, 80, RED), (130, 60, 50, GREEN)]) for t in range(20)]
     return files.write(tmp_path / "clip.mp4", images, 25.0)
 
 
 @fake
-def test_evidence_of_a_video(clip) -> None:
-    steps = []
+def test_evidence_of_a_video(clip: Path) -> None:
+    steps: list[tuple[float, float]] = []
     asked = Options(camera=lens(), lens="a test", progress=lambda done, total: steps.append((done, total)))
     found = evidence.read(clip, asked)
     np.testing.assert_allclose(found.times_s, np.arange(20) / 25)
@@ -72,7 +81,7 @@ def test_evidence_of_a_video(clip) -> None:
     assert ": 1 (at 40,60, 82 px high), 2 (at 130,60, 52 px high)" in found.reading
 
 
-def test_a_second_run_skips_detection(clip, network, tmp_path) -> None:
+def test_a_second_run_skips_detection(clip: Path, network: Loaded, tmp_path: Path) -> None:
     asked = Options(camera=lens(), model="full")
     first = evidence.read(clip, asked)
     calls = dict(network.calls)
@@ -89,17 +98,22 @@ def test_a_second_run_skips_detection(clip, network, tmp_path) -> None:
 
 
 def test_cache_key_knows_content_networks_and_options() -> None:
-    given = ("a" * 64, "heavy", ("d", "h"), Choice())
-    keys = {detection.key(*given)}
-    for i, other in enumerate(("b" * 64, "full", ("d", "other"), Choice(number=1))):
-        keys.add(detection.key(*given[:i], other, *given[i + 1 :]))
-    keys.add(detection.key(*given[:3], Choice(at_px=(1.0, 2.0))))
+    content, model, hashes = "a" * 64, "heavy", ("d", "h")
+    given = detection.key(content, model, hashes, Choice())
+    keys = {
+        given,
+        detection.key("b" * 64, model, hashes, Choice()),
+        detection.key(content, "full", hashes, Choice()),
+        detection.key(content, model, ("d", "other"), Choice()),
+        detection.key(content, model, hashes, Choice(number=1)),
+        detection.key(content, model, hashes, Choice(at_px=(1.0, 2.0))),
+    }
     assert len(keys) == 6
-    assert detection.key(*given) in keys
+    assert detection.key(content, model, hashes, Choice()) == given
 
 
 @fake
-def test_person(clip) -> None:
+def test_person(clip: Path) -> None:
     for asked in (Options(camera=lens(), person="2"), Options(camera=lens(), person_at=(130.0, 60.0))):
         found = evidence.read(clip, asked)
         np.testing.assert_allclose(found.keypoints_px[:, [11, 12], 0].mean(axis=1), 129.5, atol=1)
@@ -122,32 +136,33 @@ def test_person(clip) -> None:
     ],
 )
 @fake
-def test_refusals(clip, asked, message) -> None:
+def test_refusals(clip: Path, asked: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         evidence.read(clip, Options(**({"camera": lens()} | asked)))
     assert "\n" not in str(caught.value)
 
 
 @fake
-def test_nobody(tmp_path) -> None:
+def test_nobody(tmp_path: Path) -> None:
     path = files.write(tmp_path / "empty.mp4", [files.scene([])] * 4)
     with pytest.raises(InputError, match="people: found nobody in 4 frames"):
         evidence.read(path, Options(camera=lens()))
 
 
 @fake
-def test_a_video_gives_the_landmarks_of_another_estimate(clip, tmp_path) -> None:
+def test_a_video_gives_the_landmarks_of_another_estimate(clip: Path, tmp_path: Path) -> None:
     estimate = evidence.read(clip, Options(camera=lens()))
     bare = replace(estimate, keypoint_names=(), keypoints_px=np.empty((20, 0, 2)), scores=np.empty((20, 0)))
     evidence.write(tmp_path / "estimate.npz", bare)
     found = evidence.read(tmp_path / "estimate.npz", keypoints=clip)  # through that file's lens
     np.testing.assert_allclose(found.keypoints_px, estimate.keypoints_px, atol=1e-4)
+    assert found.camera is not None
     assert found.camera.lens.matrix_px[0, 0] == 150
     assert "lens: that of estimate.npz" in found.reading
 
 
 @fake
-def test_unseen_frames_are_told(tmp_path) -> None:
+def test_unseen_frames_are_told(tmp_path: Path) -> None:
     images = [files.scene([(60, 60, 80, RED)] if t not in (5, 6, 7) else []) for t in range(20)]
     found = evidence.read(files.write(tmp_path / "gap.mp4", images), Options(camera=lens()))
     assert np.flatnonzero(np.isnan(found.keypoints_px).any(axis=(1, 2))).tolist() == [5, 6, 7]
@@ -156,7 +171,7 @@ def test_unseen_frames_are_told(tmp_path) -> None:
 
 
 @fake
-def test_rotation_flag(tmp_path) -> None:
+def test_rotation_flag(tmp_path: Path) -> None:
     images = [files.scene([(40 + t, 30, 40, RED)]) for t in range(6)]
     images = [cv2.rotate(cv2.resize(i, (120, 160)), cv2.ROTATE_90_COUNTERCLOCKWISE) for i in images]
     path = files.write(tmp_path / "turned.mp4", images)
@@ -172,7 +187,7 @@ def test_rotation_flag(tmp_path) -> None:
 
 
 @fake
-def test_variable_rate_keeps_the_time_stamps(tmp_path) -> None:
+def test_variable_rate_keeps_the_time_stamps(tmp_path: Path) -> None:
     images = [files.scene([(40 + t, 60, 80, RED)]) for t in range(10)]
     path = files.write(tmp_path / "vfr.mp4", images, 30.0)
     tick = files.timescale(path)
@@ -185,7 +200,7 @@ def test_variable_rate_keeps_the_time_stamps(tmp_path) -> None:
 
 
 @fake
-def test_odd_size(tmp_path) -> None:
+def test_odd_size(tmp_path: Path) -> None:
     images = [files.scene([(60, 40, 60, RED)], (101, 83)) for _ in range(3)]
     path = files.write(tmp_path / "odd.avi", images, codec="MJPG")
     assert frames.probe(path).size_px == (101, 83)
@@ -193,7 +208,7 @@ def test_odd_size(tmp_path) -> None:
     np.testing.assert_allclose(found.keypoints_px[:, [11, 12], 0].mean(), 59.5, atol=1)
 
 
-def test_damaged_and_missing_videos(tmp_path) -> None:
+def test_damaged_and_missing_videos(tmp_path: Path) -> None:
     path = tmp_path / "bad.mp4"
     path.write_bytes(b"\0\0\0\x18ftypmp42" + bytes(200))
     with pytest.raises(InputError, match=r"can't be opened as a video|no frame that can be decoded"):
@@ -202,7 +217,9 @@ def test_damaged_and_missing_videos(tmp_path) -> None:
         frames.probe(tmp_path / "none.mp4")
 
 
-def test_missing_weights_are_one_line_and_status_2(clip, tmp_path, monkeypatch, capsys) -> None:
+def test_missing_weights_are_one_line_and_status_2(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path / "cache"))
     assert cli.main(["run", str(clip), "-o", str(tmp_path / "out"), "--fov", "50"]) == 2
     said = capsys.readouterr().err.strip().splitlines()
@@ -212,10 +229,12 @@ def test_missing_weights_are_one_line_and_status_2(clip, tmp_path, monkeypatch, 
 
 
 @fake
-def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, capsys) -> None:
-    passed = []
+def test_run_keeps_the_evidence_beside_the_result(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    passed: list[Evidence] = []
 
-    def stand_in(seen, *_):
+    def stand_in(seen: Evidence, *_: object) -> Never:
         passed.append(seen)
         raise SimreconError("far enough")
 
@@ -226,13 +245,14 @@ def test_run_keeps_the_evidence_beside_the_result(clip, tmp_path, monkeypatch, c
     kept = tmp_path / "new" / "out.evidence.npz"
     assert seen.sha256 == hashlib.sha256(kept.read_bytes()).hexdigest()
     assert seen.reading.startswith("video: clip.mp4, ")
+    assert seen.camera is not None
     assert seen.camera.lens.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
     assert "read as video: clip.mp4" in capsys.readouterr().err
     again = inputs.observe(Job(str(clip), str(out), detected=str(kept)))
     np.testing.assert_array_equal(again.keypoints_px, seen.keypoints_px)
 
 
-def test_camera_options(clip, tmp_path, capsys) -> None:
+def test_camera_options(clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     camera = tmp_path / "camera.toml"
     camera.write_text("image_size_px = [160, 120]\nfocal_px = 150\n")
     base = ["run", str(clip), "-o", str(tmp_path / "out")]
@@ -250,7 +270,7 @@ def test_camera_options(clip, tmp_path, capsys) -> None:
 @pytest.mark.parametrize(
     ("kind", "raw"), [(67, struct.pack(">i", 26)), (1, b"26"), (23, struct.pack(">f", 26))]
 )
-def test_focal_length_of_a_phone(tmp_path, inside_trak, iso, kind, raw) -> None:
+def test_focal_length_of_a_phone(tmp_path: Path, inside_trak: bool, iso: bool, kind: int, raw: bytes) -> None:
     path = tmp_path / "phone.mov"
     data = struct.pack(">II", kind, 0) + raw
     files.with_metadata(path, metadata.FOCAL_KEY, data, inside_trak=inside_trak, iso=iso)
@@ -260,7 +280,7 @@ def test_focal_length_of_a_phone(tmp_path, inside_trak, iso, kind, raw) -> None:
 
 
 @pytest.mark.parametrize("cut", [3, 20, 40, 80, 120])
-def test_no_focal_length(tmp_path, clip, cut) -> None:
+def test_no_focal_length(tmp_path: Path, clip: Path, cut: int) -> None:
     assert metadata.focal_35mm(clip) is None
     path = tmp_path / "phone.mov"
     files.with_metadata(
@@ -272,7 +292,7 @@ def test_no_focal_length(tmp_path, clip, cut) -> None:
 
 
 @fake
-def test_focal_length_makes_the_lens(tmp_path, clip) -> None:
+def test_focal_length_makes_the_lens(tmp_path: Path, clip: Path) -> None:
     movie = tmp_path / "meta.mov"
     data = struct.pack(">IIi", 67, 0, 26)
     files.with_metadata(movie, metadata.FOCAL_KEY, data, inside_trak=True, iso=False)
@@ -280,22 +300,23 @@ def test_focal_length_makes_the_lens(tmp_path, clip) -> None:
     both.write_bytes(clip.read_bytes() + movie.read_bytes()[16:])
     found = evidence.read(both)
     assert "lens: 26 mm equivalent as the video says, 120 px" in found.reading
+    assert found.camera is not None
     np.testing.assert_allclose(found.camera.lens.matrix_px[0, 0], 26 / np.hypot(36, 24) * 200)
 
 
-def test_hash_of_a_video_is_that_of_its_bytes(clip) -> None:
+def test_hash_of_a_video_is_that_of_its_bytes(clip: Path) -> None:
     assert open_content(clip).sha256 == hashlib.sha256(clip.read_bytes()).hexdigest()
     assert evidence.is_video(clip)
 
 
-def test_networks_say_what_is_missing(tmp_path, monkeypatch) -> None:
+def test_networks_say_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ai_edge_litert.interpreter", None)
     with pytest.raises(InputError, match=r"pip install '\.\[video\]'"):
         networks.Networks(tmp_path / "a", tmp_path / "b")
 
 
 @pytest.mark.parametrize("camera", ["01", "03"])
-def test_real_weights_on_a_real_video(camera, shared_data) -> None:
+def test_real_weights_on_a_real_video(camera: str, shared_data: Path) -> None:
     pytest.importorskip("ai_edge_litert", reason="the extra video is not installed")
     if (
         weights.state(weights.entry("heavy")) != "there"

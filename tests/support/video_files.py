@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
@@ -12,6 +12,8 @@ import numpy as np
 from simrecon.evidence.video import blazepose
 from simrecon.evidence.video.blazepose import NAMES, Candidate, Pose, Region
 
+Person = tuple[float, float, float, tuple[int, int, int]]
+"""x and y of the middle, height, colour."""
 RED, BLUE, GREEN = (30, 30, 220), (220, 60, 30), (40, 200, 40)
 
 
@@ -26,10 +28,8 @@ def write(path: Path, images: list[np.ndarray], fps: float = 30.0, codec: str = 
     return path
 
 
-def scene(
-    people: list[tuple[float, float, float, tuple[int, int, int]]], size: tuple[int, int] = (160, 120)
-) -> np.ndarray:
-    """Standing rectangles (x, y of the middle, height, colour) on grey."""
+def scene(people: Sequence[Person], size: tuple[int, int] = (160, 120)) -> np.ndarray:
+    """Standing rectangles on grey."""
     image = np.full((size[1], size[0], 3), 128, np.uint8)
     for x, y, height, colour in people:
         low = round(x - height / 8), round(y - height / 2)
