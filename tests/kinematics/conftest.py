@@ -29,6 +29,9 @@ FEW = 4
 STEP = SceneItem("step", "box", (0.25, 0.1, 0.0), {"size_m": (0.4, 0.8, 0.12)}, yaw_rad=0.3)
 MATRIX_PX = np.array([[1000.0, 0.0, 640.0], [0.0, 1000.0, 480.0], [0.0, 0.0, 1.0]])
 
+Repeated = Callable[[int], tuple[Problem, Array]]
+"""Frames → the problem with so many, and a point of it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Walk:
@@ -115,6 +118,7 @@ def seen(walk: Walk, camera: Camera, noise_px: float = 0.0, noise_m: float = 0.0
 
 def in_camera(evidence: Evidence, relative: bool) -> Evidence:
     """The 3D estimate in the frame of the camera, from its own origin or from between the hips."""
+    assert evidence.camera is not None
     joints = cameras.to_camera(evidence.camera, evidence.joints_m)
     if not relative:
         return replace(evidence, joints_m=joints, joints_frame="camera")
@@ -130,7 +134,7 @@ class Makers:
     walking: Callable[..., Walk] = walking
     looking_at: Callable[..., Camera] = looking_at
     seen: Callable[..., Evidence] = seen
-    in_camera: Callable[[Evidence, bool], Evidence] = in_camera
+    in_camera: Callable[..., Evidence] = in_camera
 
 
 @pytest.fixture(scope="session")
@@ -169,7 +173,7 @@ def weights() -> Kinematics:
 
 
 @pytest.fixture(scope="session")
-def problem(make, weights) -> Problem:
+def problem(make: Makers, weights: Kinematics) -> Problem:
     """Every term counts: feet within the floor and a box, joints beyond their limits, noise on everything."""
     rng = np.random.default_rng(7)
     walk = make.walking(FEW)
@@ -206,7 +210,7 @@ def problem(make, weights) -> Problem:
 
 
 @pytest.fixture(scope="session")
-def point(make, problem) -> Array:
+def point(make: Makers, problem: Problem) -> Array:
     """Packed variables somewhere near the walk."""
     rng = np.random.default_rng(8)
     walk = make.walking(FEW)
@@ -219,7 +223,7 @@ def point(make, problem) -> Array:
 
 
 @pytest.fixture
-def repeated(problem, point) -> Callable[[int], tuple[Problem, Array]]:
+def repeated(problem: Problem, point: Array) -> Repeated:
     """The problem's frames again and again, and a point of it."""
 
     def repeat(frames: int) -> tuple[Problem, Array]:

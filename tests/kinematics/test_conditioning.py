@@ -14,6 +14,7 @@ from simrecon.kinematics.layout import AXES, FREE
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
 from simrecon.types import Array
+from tests.kinematics.conftest import Repeated
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,9 @@ def test_conditioning_makes_curvatures_alike(better: Conditioning, problem: Prob
 
 
 @pytest.mark.parametrize("frames", [9, 12, 14])
-def test_a_curvature_in_blocks_is_that_of_the_whole(repeated, monkeypatch, frames: int) -> None:
+def test_a_curvature_in_blocks_is_that_of_the_whole(
+    repeated: Repeated, monkeypatch: pytest.MonkeyPatch, frames: int
+) -> None:
     long, x = repeated(frames)
     variables = long.unpack(x)
     (whole,) = curvature(long, variables)

@@ -15,7 +15,9 @@ from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics.layout import SEGMENTS
 from simrecon.kinematics.observe import by_point, observe
+from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
+from tests.kinematics.conftest import Makers, Walk
 from tests.support.panning import panning
 
 T = 20
@@ -23,12 +25,12 @@ EYE, TARGET = np.array([4.0, -2.5, 1.4]), np.array([0.3, 0.1, 0.9])
 
 
 @pytest.fixture(scope="module")
-def walk(make):
+def walk(make: Makers) -> Walk:
     return make.walking(T)
 
 
 @pytest.fixture(scope="module")
-def camera(make):
+def camera(make: Makers) -> Camera:
     return make.looking_at(EYE, TARGET)
 
 
@@ -37,12 +39,14 @@ def points(fit: KinematicFit) -> Array:
     return kinematics.configurations(fit.body, fit.qpos)[1]
 
 
-def distance_m(fit: KinematicFit, walk) -> float:
+def distance_m(fit: KinematicFit, walk: Walk) -> float:
     """Mean distance of the points from where they really were."""
     return float(np.linalg.norm(points(fit) - np.swapaxes(walk.points_m, 0, 1), axis=-1).mean())
 
 
-def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) -> None:
+def test_a_motion_is_recovered_from_noisy_evidence(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = replace(make.seen(walk, camera, noise_px=1.0, noise_m=0.01), height_m=1.75, mass_kg=72.0)
     fit = kinematics.fit(evidence, Scene(), weights)
     assert distance_m(fit, walk) < 0.02
@@ -58,7 +62,9 @@ def test_a_motion_is_recovered_from_noisy_evidence(make, walk, camera, weights) 
     np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, SEGMENTS, 4), axis=-1), 1.0)
 
 
-def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, camera, weights) -> None:
+def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     clean = make.seen(walk, camera, noise_px=1.0, noise_m=0.01)
     points, joints = clean.keypoints_px.copy(), clean.joints_m.copy()
     for limbs in sides.LIMBS:
@@ -74,13 +80,17 @@ def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(make, walk, cam
     assert without > 2 * usual
 
 
-def test_the_size_of_the_person_is_measured(make, walk, camera, weights) -> None:
+def test_the_size_of_the_person_is_measured(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     fit = kinematics.fit(make.seen(walk, camera, noise_m=0.01), Scene(), weights)
     assert bodies.stature_m(fit.body.skeleton) == pytest.approx(1.75, rel=0.02)
     assert distance_m(fit, walk) < 0.012
 
 
-def test_the_frame_of_the_3d_estimate_does_not_matter(make, walk, camera, weights) -> None:
+def test_the_frame_of_the_3d_estimate_does_not_matter(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = replace(make.seen(walk, camera), height_m=1.75)
     for clip in (
         evidence,
@@ -93,7 +103,9 @@ def test_the_frame_of_the_3d_estimate_does_not_matter(make, walk, camera, weight
         assert fit.loss["place"] < 0.01, clip.joints_frame
 
 
-def test_landmarks_alone_are_enough_with_extrinsics(make, walk, camera, weights) -> None:
+def test_landmarks_alone_are_enough_with_extrinsics(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = make.seen(walk, camera)
     flat = replace(
         evidence, joint_names=(), joints_m=np.zeros((T, 0, 3)), joints_frame="world", height_m=1.75
@@ -103,7 +115,7 @@ def test_landmarks_alone_are_enough_with_extrinsics(make, walk, camera, weights)
     assert np.isfinite(fit.qpos).all()
 
 
-def test_a_3d_estimate_alone_is_enough(make, walk, camera, weights) -> None:
+def test_a_3d_estimate_alone_is_enough(make: Makers, walk: Walk, camera: Camera, weights: Kinematics) -> None:
     evidence = make.seen(walk, camera, noise_m=0.01)
     blind = replace(
         evidence, keypoint_names=(), keypoints_px=np.zeros((T, 0, 2)), scores=np.zeros((T, 0)), camera=None
@@ -116,7 +128,9 @@ def test_a_3d_estimate_alone_is_enough(make, walk, camera, weights) -> None:
 
 
 @pytest.mark.parametrize("relative", [False, True], ids=["camera", "camera_root_relative"])
-def test_without_a_camera_its_frame_is_taken_for_level(make, weights, relative: bool) -> None:
+def test_without_a_camera_its_frame_is_taken_for_level(
+    make: Makers, weights: Kinematics, relative: bool
+) -> None:
     walk = make.walking(T)
     level = make.looking_at(np.array([4.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
     evidence = make.in_camera(make.seen(walk, level), relative)
@@ -131,7 +145,9 @@ def test_without_a_camera_its_frame_is_taken_for_level(make, weights, relative: 
     assert (up[:, 2] > 1.2).all()
 
 
-def test_frames_out_of_view_are_bridged(make, walk, camera, weights) -> None:
+def test_frames_out_of_view_are_bridged(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = replace(make.seen(walk, camera), height_m=1.75)
     gap = slice(8, 12)
     for key in ("keypoints_px", "joints_m"):
@@ -148,11 +164,12 @@ def test_frames_out_of_view_are_bridged(make, walk, camera, weights) -> None:
 
 
 def up_in_camera(fit: KinematicFit) -> Array:
+    assert fit.camera is not None
     return cameras.extrinsics(fit.camera)[0, :3, 2]
 
 
 @pytest.mark.parametrize("height_m", [1.0, 2.2], ids=["level", "tilted"])
-def test_the_floor_is_found_without_extrinsics(make, weights, height_m: float) -> None:
+def test_the_floor_is_found_without_extrinsics(make: Makers, weights: Kinematics, height_m: float) -> None:
     # towards the camera: across the direction of walking nothing tells how the floor slopes
     walk = make.walking(45, 15.0, heading_rad=0.0)
     eye = np.array([6.0, 0.0, height_m])
@@ -171,11 +188,12 @@ def test_the_floor_is_found_without_extrinsics(make, weights, height_m: float) -
     lowest = points(fit)[:, rows, 2].min(axis=1)
     assert np.abs(lowest).mean() < 0.03
     # and the camera is as high as it really was
+    assert fit.camera is not None
     assert cameras.centre_m(fit.camera)[0, 2] == pytest.approx(height_m, abs=0.2)
     assert np.median(fit.reprojection_px) < 3.0
 
 
-def test_no_known_point_is_an_error(make, walk, camera, weights) -> None:
+def test_no_known_point_is_an_error(make: Makers, walk: Walk, camera: Camera, weights: Kinematics) -> None:
     evidence = make.seen(walk, camera)
     unseen = replace(
         evidence,
@@ -186,7 +204,9 @@ def test_no_known_point_is_an_error(make, walk, camera, weights) -> None:
         kinematics.fit(unseen, Scene(), weights)
 
 
-def test_points_named_twice_are_averaged_and_ignored_names_are(make, walk, camera, weights) -> None:
+def test_points_named_twice_are_averaged_and_ignored_names_are(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = replace(make.seen(walk, camera), height_m=1.75)
     toe = evidence.keypoint_names.index("left_toe")
     extra: Evidence = replace(
@@ -202,7 +222,7 @@ def test_points_named_twice_are_averaged_and_ignored_names_are(make, walk, camer
     np.testing.assert_array_equal(fit.reprojection_px[:, -2], fit.reprojection_px[:, toe])
 
 
-def test_letters_of_the_ablation(make, walk, camera, weights) -> None:
+def test_letters_of_the_ablation(make: Makers, walk: Walk, camera: Camera, weights: Kinematics) -> None:
     """Without T frames are on their own, without O nothing is searched, without S proportions are average."""
     evidence = replace(make.seen(walk, camera, noise_px=4.0, noise_m=0.03), height_m=1.75)
     few = replace(weights, evaluations=150)
@@ -216,7 +236,9 @@ def test_letters_of_the_ablation(make, walk, camera, weights) -> None:
     assert kinematics.fit(evidence, Scene(), replace(few, ground=False)).loss["contact"] == 0.0
 
 
-def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(make, walk, camera, weights) -> None:
+def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     evidence = replace(make.seen(walk, camera, noise_px=1.0), height_m=1.75)
     towards = rotations.matrix(rotations.exp(0.12 * cameras.extrinsics(camera)[0, 0, :3]))
     root = walk.root_m[:, None]
@@ -229,7 +251,7 @@ def test_a_lean_of_the_3d_estimate_is_no_lean_of_the_person(make, walk, camera, 
     assert np.abs((trunk - true) @ across).mean() < 0.5 * 0.12 * 1.5
 
 
-def test_a_panning_camera_costs_no_accuracy(make, weights) -> None:
+def test_a_panning_camera_costs_no_accuracy(make: Makers, weights: Kinematics) -> None:
     """The same walk with the same noise, before a camera that stands and one that pans by 26° and moves."""
     walk = make.walking(60)
     still = make.looking_at(np.array([5.0, -1.5, 1.4]), np.array([1.0, 0.5, 0.9]))
@@ -238,13 +260,15 @@ def test_a_panning_camera_costs_no_accuracy(make, weights) -> None:
     for camera in (still, moving):
         evidence = replace(make.seen(walk, camera, noise_px=4.0, noise_m=0.05), height_m=1.75)
         fit = kinematics.fit(evidence, Scene(), weights)
+        assert fit.camera is not None
+        assert fit.camera.path is not None
         assert fit.camera.path.shape == (walk.frames, 4, 4)
         true = np.swapaxes(walk.points_m, 0, 1)
         off.append(np.linalg.norm(points(fit) - true, axis=-1).mean())
     assert off[1] < 1.1 * off[0]
 
 
-def test_feet_that_stand_are_known_before_a_panning_camera(make, weights) -> None:
+def test_feet_that_stand_are_known_before_a_panning_camera(make: Makers, weights: Kinematics) -> None:
     walk = make.walking(60)
     still = make.looking_at(np.array([5.0, -1.5, 1.4]), np.array([1.0, 0.5, 0.9]))
     standing = []
@@ -257,7 +281,9 @@ def test_feet_that_stand_are_known_before_a_panning_camera(make, weights) -> Non
     np.testing.assert_allclose(standing[1], standing[0], atol=0.15)
 
 
-def test_a_path_in_a_world_without_a_known_ground_is_moved_with_it(make, walk, camera, weights) -> None:
+def test_a_path_in_a_world_without_a_known_ground_is_moved_with_it(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics
+) -> None:
     carried = panning(camera, T)
     low = np.eye(4)
     low[2, 3] = 0.4  # the evidence's origin is in the air
@@ -271,5 +297,6 @@ def test_a_path_in_a_world_without_a_known_ground_is_moved_with_it(make, walk, c
     )
     fit = kinematics.fit(evidence, Scene(), weights)
     np.testing.assert_allclose(fit.qpos[:, 2], walk.root_m[:, 2], atol=0.04)
+    assert fit.camera is not None
     np.testing.assert_allclose(cameras.centre_m(fit.camera), cameras.centre_m(carried), atol=0.04)
     assert np.median(fit.reprojection_px) < 4.0

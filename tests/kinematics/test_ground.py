@@ -9,10 +9,14 @@ from simrecon.body import primitives
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward, ground
 from simrecon.types import Array
+from tests.kinematics.conftest import Makers
+
+Skin = tuple[Array, Array, Array]
+"""Points of the left foot, the right foot and the whole body, (T, P, 3) each."""
 
 
 @pytest.fixture(scope="module")
-def skin(make) -> tuple[Array, Array, Array]:
+def skin(make: Makers) -> Skin:
     """Surface of a person who walks on z = 0."""
     walk = make.walking(20)
     parts = primitives.make(walk.skeleton, 1.75, 70.0, 0.0)
@@ -21,14 +25,14 @@ def skin(make) -> tuple[Array, Array, Array]:
     return ground.skin(walk.skeleton, parts, pose, 1.0, 0.0)
 
 
-def test_the_surface_touches_the_floor(skin) -> None:
+def test_the_surface_touches_the_floor(skin: Skin) -> None:
     left, right, body = skin
     lowest = body[..., 2].min(axis=1)
     assert np.abs(lowest).max() < 0.01
     assert np.minimum(left[..., 2].min(axis=1), right[..., 2].min(axis=1)) == pytest.approx(lowest, abs=1e-9)
 
 
-def test_the_gradient_is_that_of_finite_differences(skin) -> None:
+def test_the_gradient_is_that_of_finite_differences(skin: Skin) -> None:
     left, right, body = skin
     parts, plane = ((1.0, left), (1.0, right), (2.0, body)), np.array([0.05, -0.08, 0.03])
     _, gradient = ground.loss(parts, plane)
@@ -48,7 +52,7 @@ def off(move: Array, turn: Array, shift: Array) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("airborne", [0, 12], ids=["walks", "flies for most frames"])
-def test_a_tilted_floor_is_found(skin, airborne: int) -> None:
+def test_a_tilted_floor_is_found(skin: Skin, airborne: int) -> None:
     turn, shift = rotations.matrix(rotations.exp(np.array([0.08, -0.06, 0.3]))), np.array([0.4, -1.0, 0.7])
     rise = np.zeros((20, 1, 3))
     rise[4 : 4 + airborne, 0, 2] = 0.5
@@ -58,13 +62,13 @@ def test_a_tilted_floor_is_found(skin, airborne: int) -> None:
     assert abs(height) < 0.03
 
 
-def test_a_level_floor_keeps_its_normal(skin) -> None:
+def test_a_level_floor_keeps_its_normal(skin: Skin) -> None:
     move = ground.transform(*(points + np.array([0.0, 0.0, 0.3]) for points in skin), tilt=False)
     np.testing.assert_allclose(move[:3, :3], np.eye(3), atol=1e-12)
     assert move[2, 3] == pytest.approx(-0.3, abs=0.02)
 
 
-def test_someone_who_lies_has_the_floor_under_the_body(skin) -> None:
+def test_someone_who_lies_has_the_floor_under_the_body(skin: Skin) -> None:
     lying = rotations.matrix(rotations.exp(np.array([0.0, -np.pi / 2, 0.0])))
     moved = [points[:1] @ lying.T for points in skin]
     low = np.array([0.0, 0.0, moved[2][..., 2].min()])

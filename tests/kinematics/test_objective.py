@@ -13,6 +13,7 @@ from simrecon.kinematics.layout import FREE
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
 from simrecon.types import Array
+from tests.kinematics.conftest import Repeated
 from tests.support.gradients import error
 
 
@@ -76,7 +77,9 @@ def test_a_missing_part_of_the_evidence_is_no_term(problem: Problem, point: Arra
 
 
 @pytest.mark.parametrize("frames", [9, 11, 12, 13, 14])
-def test_a_clip_in_blocks_is_the_clip_as_a_whole(repeated, monkeypatch, frames: int) -> None:
+def test_a_clip_in_blocks_is_the_clip_as_a_whole(
+    repeated: Repeated, monkeypatch: pytest.MonkeyPatch, frames: int
+) -> None:
     long, x = repeated(frames)
     whole, blocks = Objective(long), Objective(long)
     loss, gradient = whole(x)

@@ -19,6 +19,7 @@ from simrecon.kinematics.layout import FREE
 from simrecon.kinematics.supports import supports
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Body, Ground, KinematicFit, Scene, SceneItem
+from tests.kinematics.conftest import Makers
 from tests.support.gradients import differences
 
 RATE_HZ = 15.0
@@ -101,7 +102,7 @@ def test_the_same_body_keeps_its_motion(person: Body, weights: Kinematics) -> No
 
 @pytest.mark.parametrize("floor_m", [0.0, STEP_M], ids=["ground", "step"])
 @pytest.mark.parametrize("other", OTHERS)
-def test_standing_feet_stand(person: Body, weights, other: str, floor_m: float) -> None:
+def test_standing_feet_stand(person: Body, weights: Kinematics, other: str, floor_m: float) -> None:
     body = OTHERS[other](person)
     scene = Scene(items=(STEP,)) if floor_m else Scene()
     fit = fitted(person, squat(person, floor_m), scene)
@@ -118,7 +119,7 @@ def test_standing_feet_stand(person: Body, weights, other: str, floor_m: float) 
     assert moved.body is body
 
 
-def test_the_way_scales_on_bare_ground_only(make, person: Body, weights: Kinematics) -> None:
+def test_the_way_scales_on_bare_ground_only(make: Makers, person: Body, weights: Kinematics) -> None:
     walk = make.walking(14, RATE_HZ)
     base = rotations.exp(walk.rotvecs[0])
     joints = rotations.exp(np.swapaxes(walk.rotvecs[1:], 0, 1)).reshape(walk.frames, -1)

@@ -66,7 +66,7 @@ def test_acceleration_is_zero_at_constant_velocity() -> None:
     loss, gradient = kernels.acceleration(steady, 0.1, 1.0)
     assert loss == pytest.approx(0.0, abs=1e-18)
     np.testing.assert_allclose(gradient, 0.0, atol=1e-9)
-    fall = 0.5 * 9.81 * (0.1 * np.arange(T)[None, :, None]) ** 2
+    fall = 0.5 * 9.81 * (0.1 * np.arange(T, dtype=float)[None, :, None]) ** 2
     assert kernels.acceleration(fall, 0.1, 9.81)[0] == pytest.approx(T - 2)
 
 

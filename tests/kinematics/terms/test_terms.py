@@ -17,6 +17,7 @@ from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.state import State
 from simrecon.kinematics.terms.kept import Hold, Touch, Turn
+from simrecon.kinematics.terms.smoothness import Still
 from simrecon.kinematics.terms.term import Term
 from simrecon.plan import Kinematics
 from simrecon.types import Array, SceneItem
@@ -60,7 +61,7 @@ def test_gradients_of_a_kept_motion_are_too(problem: Problem, point: Array, name
 
 
 def test_the_check_catches_a_wrong_gradient_of_a_term(problem: Problem, point: Array) -> None:
-    class Wrong(type(terms.TERMS[NAMES.index("still")])):
+    class Wrong(Still):
         def loss(self, state: State, gradient: Gradient, unit: float) -> float:
             return super().loss(state, gradient, 1.0001 * unit) / 1.0001
 
@@ -198,6 +199,7 @@ def test_curvatures_are_exact_where_evidence_agrees(problem: Problem, point: Arr
     back = np.swapaxes(rotations.matrix(rotations.exp(state.lean_rad)), -1, -2)  # (T, 3, 3)
     relative = (state.landmarks_m - state.hips_m)[..., None] / state.scale
     camera = problem.observations.world_to_camera
+    assert camera is not None
     xyz = (camera[:, :3, :3] @ state.landmarks_m[..., None])[..., 0] + camera[:, :3, 3]
     agreeing = replace(
         problem.observations,
