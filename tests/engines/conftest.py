@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ WORLD_TO_CAMERA = np.array(
     [[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0], [1.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 1.0]]
 )
 CAMERA = cameras.still(LENS, WORLD_TO_CAMERA, FRAMES)
-LOSSES = {
+LOSSES: dict[str, Any] = {
     "com_position": 15.0,
     "com_velocity": 15.0,
     "pose": 0.5,
@@ -53,7 +54,7 @@ def settings(
     draft: int = 0,
     corridor_m: float = 0.0,
     retries: int = 0,
-    **losses: float | str,
+    **losses: Any,
 ) -> Plan:
     return Plan(
         "a test",
@@ -75,7 +76,7 @@ def settings(
         ),
         Recovery(corridor_m, retries),
         LossWeights(**(LOSSES | losses)),
-        None,
+        None,  # type: ignore[arg-type]  # engines are not to look at it
     )
 
 
@@ -97,7 +98,7 @@ def standing(camera: Camera | None = None, frames: int = FRAMES) -> KinematicFit
         body=person,
         scene=Scene(),
         camera=camera,
-        times_s=np.arange(frames) * FRAME_S,
+        times_s=np.arange(frames, dtype=float) * FRAME_S,
         qpos=qpos,
         com_m=com,
         reprojection_px=np.zeros((frames, 0)),
@@ -109,7 +110,7 @@ def standing(camera: Camera | None = None, frames: int = FRAMES) -> KinematicFit
 
 def unseen(frames: int = FRAMES) -> Evidence:
     return Evidence(
-        times_s=np.arange(frames) * FRAME_S,
+        times_s=np.arange(frames, dtype=float) * FRAME_S,
         keypoint_names=(),
         keypoints_px=np.zeros((frames, 0, 2)),
         scores=np.zeros((frames, 0)),

@@ -7,10 +7,11 @@ import pytest
 from simrecon import engines
 from simrecon.engines.sampling.sampler import Sampler
 from simrecon.errors import InputError
+from tests.engines.conftest import Makers
 
 
 @pytest.mark.parametrize("name", engines.names())
-def test_every_name_is_a_tracker_of_the_problem(make, name: str) -> None:
+def test_every_name_is_a_tracker_of_the_problem(make: type[Makers], name: str) -> None:
     problem = make.clip(make.settings())
     tracker = engines.make(name, problem, 1)
     assert tracker.problem is problem
@@ -18,11 +19,11 @@ def test_every_name_is_a_tracker_of_the_problem(make, name: str) -> None:
     assert callable(tracker.prepare)
 
 
-def test_sampling_is_the_one_that_ships(make) -> None:
+def test_sampling_is_the_one_that_ships(make: type[Makers]) -> None:
     assert engines.names() == ("sampling",)
     assert isinstance(engines.make("sampling", make.clip(make.settings()), 1), Sampler)
 
 
-def test_an_unknown_name_lists_the_valid_ones(make) -> None:
+def test_an_unknown_name_lists_the_valid_ones(make: type[Makers]) -> None:
     with pytest.raises(InputError, match=r"'samplign'.*valid: sampling"):
         engines.make("samplign", make.clip(make.settings()))

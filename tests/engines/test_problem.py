@@ -11,9 +11,10 @@ from simrecon import kinematics
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.types import Window
+from tests.engines.conftest import Makers
 
 
-def test_targets_are_the_pose_ahead_of_the_servos_lag(make) -> None:
+def test_targets_are_the_pose_ahead_of_the_servos_lag(make: type[Makers]) -> None:
     problem = make.clip(make.settings())
     assert problem.targets_rad.shape == (problem.clock.steps + 1, 48)
     rotvecs = rotations.log(problem.qpos[:, 7:].reshape(-1, 16, 4)).reshape(-1, 48)
@@ -25,7 +26,7 @@ def test_targets_are_the_pose_ahead_of_the_servos_lag(make) -> None:
     np.testing.assert_allclose((frames - rotvecs)[3:-3, ~still], 0.03, atol=0.001)
 
 
-def test_targets_stay_within_reach_of_the_motors(make) -> None:
+def test_targets_stay_within_reach_of_the_motors(make: type[Makers]) -> None:
     fit = make.standing()
     joints = rotations.exp(np.full((len(fit.qpos), 16, 3), 1.5))
     problem = make.clip(
@@ -38,7 +39,7 @@ def test_targets_stay_within_reach_of_the_motors(make) -> None:
     assert (problem.targets_rad == high).any()
 
 
-def test_kinematic_targets_are_those_of_the_fit(make) -> None:
+def test_kinematic_targets_are_those_of_the_fit(make: type[Makers]) -> None:
     fit = make.standing()
     problem = make.clip(make.settings(), fit)
     np.testing.assert_array_equal(problem.orientations[:, 0], fit.qpos[:, 3:7])
@@ -55,14 +56,16 @@ def test_kinematic_targets_are_those_of_the_fit(make) -> None:
 @pytest.mark.parametrize(
     ("rate_hz", "frames"), [(30.0, [3, 4, 5, 6, 7, 8]), (15.0, [3, 5, 7, 8]), (8.0, [3, 7, 8])]
 )
-def test_the_loss_looks_at_both_ends_of_a_window(make, rate_hz: float, frames: list[int]) -> None:
+def test_the_loss_looks_at_both_ends_of_a_window(
+    make: type[Makers], rate_hz: float, frames: list[int]
+) -> None:
     problem = make.clip(make.settings(rate_hz=rate_hz))
     stride = problem.clock.stride
     assert problem.frames(Window(0, 3 * stride, 5 * stride, 8 * stride)).tolist() == frames
     assert problem.interval_s == pytest.approx((frames[1] - frames[0]) / 30)
 
 
-def test_observations_are_by_point_of_the_body(make) -> None:
+def test_observations_are_by_point_of_the_body(make: type[Makers]) -> None:
     fit = make.standing(make.camera)
     skeleton = fit.body.skeleton
     points = kinematics.configurations(fit.body, fit.qpos)[1]
@@ -88,17 +91,21 @@ def test_observations_are_by_point_of_the_body(make) -> None:
     assert (problem.scores > 0).sum() == 2 * len(points) - 1
 
 
-def test_a_camera_that_stands_still_has_the_same_row_at_every_frame(make) -> None:
+def test_a_camera_that_stands_still_has_the_same_row_at_every_frame(make: type[Makers]) -> None:
     fit = make.standing(make.camera)
     problem = make.clip(make.settings(), fit)
+    assert problem.world_to_camera is not None
     assert problem.world_to_camera.shape == (len(fit.times_s), 4, 4)
+    assert make.camera.path is not None
     assert (problem.world_to_camera == make.camera.path[0]).all()
     assert make.clip(make.settings()).world_to_camera is None
 
 
-def test_the_path_of_a_camera_that_moves_is_kept(make) -> None:
+def test_the_path_of_a_camera_that_moves_is_kept(make: type[Makers]) -> None:
     fit = make.standing(make.camera)
-    path = np.tile(make.camera.path[0], (len(fit.times_s), 1, 1))
+    assert fit.camera is not None
+    assert fit.camera.path is not None
+    path = np.tile(fit.camera.path[0], (len(fit.times_s), 1, 1))
     path[:, 0, 3] += np.linspace(0.0, 1.0, len(path))
     moving = replace(fit, camera=replace(fit.camera, path=path))
     np.testing.assert_array_equal(make.clip(make.settings(), moving).world_to_camera, path)

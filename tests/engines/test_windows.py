@@ -14,13 +14,14 @@ from simrecon.engines import windows as clip
 from simrecon.engines.problem import Problem
 from simrecon.sim.state import initial_state, qpos_of
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
+from tests.engines.conftest import Makers
 from tests.support.window_results import solved
 
 RETRIES = 2
 
 
 @pytest.fixture(scope="module")
-def problem(make) -> Problem:
+def problem(make: type[Makers]) -> Problem:
     plan = make.settings(length_s=0.1, corridor_m=0.3, retries=RETRIES)
     return make.clip(plan)
 

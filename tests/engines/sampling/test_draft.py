@@ -11,14 +11,15 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import draft
 from simrecon.engines.sampling.sampler import Sampler
 from simrecon.engines.sampling.task import Task
+from tests.engines.conftest import Makers
 
 
 @pytest.fixture(scope="module")
-def problem(make) -> Problem:
+def problem(make: type[Makers]) -> Problem:
     return make.clip(make.settings(length_s=0.2, overlap_s=0.1, population=16, draft=1))
 
 
-def test_no_draft_is_the_plain_start(make) -> None:
+def test_no_draft_is_the_plain_start(make: type[Makers]) -> None:
     problem = make.clip(make.settings(length_s=0.2, overlap_s=0.1))
     start = warm_start.from_fit(problem)
     assert draft.drafted(problem, schedule.cut(problem.clock, problem.plan), start) is problem
@@ -39,7 +40,7 @@ def test_a_window_starts_from_its_draft(problem: Problem) -> None:
         task = Task(one, windows[0], start)
         simulator = Sampler(problem, 1).simulator
         terms, _ = task.evaluate(simulator, task.warm_start()[None])
-        losses.append(float(sum(terms.values())[0]))
+        losses.append(float(sum(terms.values(), np.zeros(1))[0]))
     assert losses[1] < losses[0]
     later = Task(after, windows[1], start)
     knots = later.knots_of(later.warm_start())

@@ -17,6 +17,7 @@ from simrecon.geometry import camera as cameras
 from simrecon.optim import gauss_newton
 from simrecon.plan import Plan
 from simrecon.sim.rollout import Simulator
+from tests.engines.conftest import Makers
 
 BALL = """
 [[item]]
@@ -35,7 +36,7 @@ ALL = {
 }
 
 
-def clip(make, plan: Plan, kind: str) -> Problem:
+def clip(make: type[Makers], plan: Plan, kind: str) -> Problem:
     """A person who sways: on the floor, before a camera, or beside a ball that may roll."""
     if kind == "ball":
         return make.clip(plan, replace(make.standing(), scene=scenes.parse(BALL)))
@@ -57,7 +58,7 @@ def clip(make, plan: Plan, kind: str) -> Problem:
 
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("kind", ["floor", "camera", "ball"])
-def test_the_jacobian_is_that_of_whole_rollouts(make, threads: int, kind: str) -> None:
+def test_the_jacobian_is_that_of_whole_rollouts(make: type[Makers], threads: int, kind: str) -> None:
     losses = ALL | ({"rate_hz": 15.0, "reprojection": 1.0} if kind == "camera" else {})
     plan = make.settings(population=20, start=0.02, **losses)
     problem = clip(make, plan, kind)

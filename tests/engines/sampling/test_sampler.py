@@ -17,7 +17,8 @@ from simrecon.engines.sampling.task import Task
 from simrecon.geometry import splines
 from simrecon.plan import Plan
 from simrecon.sim.state import initial_state, qpos_of, simulate
-from simrecon.types import Array, Handover, WindowResult, WindowStatus
+from simrecon.types import Array, Handover, KinematicFit, WindowResult, WindowStatus
+from tests.engines.conftest import Makers
 
 
 def solve(problem: Problem, plan: Plan, *, threads: int = 1, seed: int = 0) -> list[WindowResult]:
@@ -29,10 +30,10 @@ def solve(problem: Problem, plan: Plan, *, threads: int = 1, seed: int = 0) -> l
     return results
 
 
-def as_simulated(problem: Problem, fit, knots: Array) -> Problem:
+def as_simulated(problem: Problem, fit: KinematicFit, knots: Array) -> Problem:
     """The same problem, but what has to be tracked is what the simulator does under the knots."""
     clock, spacing = problem.clock, problem.plan.window.knot_spacing_s
-    times_s = np.arange(clock.steps) * clock.step_s
+    times_s = np.arange(clock.steps, dtype=float) * clock.step_s
     ctrl = problem.targets_rad[:-1] + splines.basis(times_s, spacing, len(knots)) @ knots
     states = simulate(problem.model, warm_start.from_fit(problem).state, ctrl)
     qpos = qpos_of(problem.model, states)[:: clock.stride]
@@ -40,7 +41,7 @@ def as_simulated(problem: Problem, fit, knots: Array) -> Problem:
     return replace(problem, orientations=qpos[:, 3:].reshape(len(qpos), 17, 4), com_m=com, points_m=points)
 
 
-def test_known_knots_are_recovered(make) -> None:
+def test_known_knots_are_recovered(make: type[Makers]) -> None:
     plan = make.settings(population=24, generations=300)
     fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
@@ -53,7 +54,7 @@ def test_known_knots_are_recovered(make) -> None:
     terms, finite = exact.evaluate(
         Sampler(problem, 1).simulator, np.stack([truth.ravel(), 0 * truth.ravel()])
     )
-    total = sum(terms.values())
+    total = sum(terms.values(), np.zeros(2))
     assert finite.all()
     assert total[0] < 1e-4 < 0.05 < total[1]
     (result,) = solve(problem, plan)
@@ -68,7 +69,7 @@ def test_known_knots_are_recovered(make) -> None:
 
 
 @pytest.fixture(scope="module")
-def plan(make) -> Plan:
+def plan(make: type[Makers]) -> Plan:
     return make.settings(
         length_s=0.2,
         overlap_s=0.1,
@@ -81,7 +82,7 @@ def plan(make) -> Plan:
 
 
 @pytest.fixture(scope="module")
-def problem(make, plan: Plan) -> Problem:
+def problem(make: type[Makers], plan: Plan) -> Problem:
     return make.clip(plan)
 
 
@@ -120,7 +121,7 @@ def test_the_control_is_a_spline_about_the_kinematic_targets(
     knots = results[0].handover.knots_rad
     assert results[0].handover.first == 0
     steps = results[0].window.commit_step
-    times_s = np.arange(steps) * problem.clock.step_s
+    times_s = np.arange(steps, dtype=float) * problem.clock.step_s
     added = splines.basis(times_s, plan.window.knot_spacing_s, len(knots)) @ knots
     np.testing.assert_allclose(results[0].ctrl, problem.targets_rad[:steps] + added, atol=1e-12)
     assert np.abs(added).max() > 1e-3
@@ -133,7 +134,7 @@ def test_a_window_is_never_worse_than_the_kinematic_targets_alone(
     window = schedule.cut(problem.clock, plan)[0]
     task = Task(problem, window, warm_start.from_fit(problem))
     terms, _ = task.evaluate(Sampler(problem, 1).simulator, np.zeros((1, len(task.warm_start()))))
-    assert results[0].trace[0] <= sum(terms.values())[0] * (1 + 1e-9)
+    assert results[0].trace[0] <= sum(terms.values(), np.zeros(1))[0] * (1 + 1e-9)
 
 
 def test_terms_that_are_switched_off_are_left_out(results: list[WindowResult]) -> None:
@@ -158,7 +159,7 @@ def test_a_window_in_which_everything_diverges_fails(problem: Problem, plan: Pla
     assert sampler.solve(window, start, np.random.default_rng(0)).status is WindowStatus.GENERATIONS
 
 
-def test_a_window_ends_when_its_loss_is_at_rest(make) -> None:
+def test_a_window_ends_when_its_loss_is_at_rest(make: type[Makers]) -> None:
     plan = make.settings(population=4, generations=60)
     strict, lenient = (
         replace(plan, optimiser=replace(plan.optimiser, tol_loss=tolerance)) for tolerance in (0.0, 0.5)
@@ -175,7 +176,7 @@ def test_a_window_ends_when_its_loss_is_at_rest(make) -> None:
     assert count == first + PATIENCE + 1
 
 
-def test_a_window_ends_when_its_steps_are_small(make) -> None:
+def test_a_window_ends_when_its_steps_are_small(make: type[Makers]) -> None:
     plan = make.settings(population=8, generations=200)
     plan = replace(plan, optimiser=replace(plan.optimiser, tol_sigma=0.95))
     (result,) = solve(make.clip(plan, make.standing(frames=3)), plan)
@@ -183,7 +184,7 @@ def test_a_window_ends_when_its_steps_are_small(make) -> None:
     assert 2 < len(result.trace) < 200
 
 
-def test_descent_steps_lead_where_many_generations_do_not(make) -> None:
+def test_descent_steps_lead_where_many_generations_do_not(make: type[Makers]) -> None:
     plan = make.settings(population=24, generations=0, descent=4)
     fit = make.standing(frames=7)
     problem = make.clip(plan, fit)
@@ -196,7 +197,7 @@ def test_descent_steps_lead_where_many_generations_do_not(make) -> None:
     assert result.loss < 0.05 * result.trace[0]
 
 
-def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make) -> None:
+def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make: type[Makers]) -> None:
     plan = make.settings(population=24, generations=1, descent=1, start=0.02)
     problem = make.clip(plan)
     (window,) = schedule.cut(problem.clock, plan)
@@ -216,7 +217,7 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make) -> No
     assert rises[1.0] < 10.0
 
 
-def test_the_first_state_may_be_free(make) -> None:
+def test_the_first_state_may_be_free(make: type[Makers]) -> None:
     plan = make.settings(length_s=0.2, overlap_s=0.1, population=8, generations=3, start=0.02)
     problem = make.clip(plan)
     kinematic = warm_start.from_fit(problem).state

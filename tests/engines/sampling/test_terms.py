@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,12 +20,14 @@ from simrecon.errors import InputError
 from simrecon.geometry import rotations
 from simrecon.optim import gauss_newton
 from simrecon.plan import LossWeights
-from simrecon.types import Array
+from simrecon.types import Array, IntArray
+from tests.engines.conftest import Makers
 
 LIMITS = np.tile([-0.5, 0.4], (16, 3, 1))
 CAMERA = np.eye(4)
 CAMERA[2, 3] = 3.0
-NOWHERE = Targets(*(np.zeros(1) for _ in range(5)), None)
+NOTHING = np.zeros(1)
+NOWHERE = Targets(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, None)
 """Targets of a term that looks at none."""
 
 
@@ -34,8 +37,13 @@ class Code:
     def latent(self, joints: Array) -> Array:
         return joints[..., 0, 1:]
 
+    def squared(self, rotvecs: Array) -> tuple[Array, Array]:
+        raise NotImplementedError("the loss of a rollout needs the code alone")
 
-def seen(com: Array = NOWHERE.com_m, points: Array = NOWHERE.points_m, turns: Array = NOWHERE.orientations):
+
+def seen(
+    com: Array = NOWHERE.com_m, points: Array = NOWHERE.points_m, turns: Array = NOWHERE.orientations
+) -> Seen:
     """One rollout, and as its targets zeros and the identity."""
     com, points, turns = (np.asarray(array, float)[None] for array in (com, points, turns))
     identity = np.zeros_like(turns[0])
@@ -161,7 +169,7 @@ def test_landmark_velocity_is_that_of_the_distance() -> None:
 
 
 @pytest.fixture(scope="module")
-def problem(make) -> Problem:
+def problem(make: type[Makers]) -> Problem:
     weights = {term.name: 0.5 + 0.1 * number for number, term in enumerate(terms.TERMS)}
     fit = make.standing(make.camera)
     problem = make.clip(make.settings(**weights, prior_rate_hz=15.0), fit)
@@ -173,11 +181,11 @@ def problem(make) -> Problem:
 
 
 @pytest.fixture(scope="module")
-def frames(problem: Problem) -> Array:
+def frames(problem: Problem) -> IntArray:
     return np.arange(len(problem.com_m))
 
 
-def near(problem: Problem, frames: Array, scale: float, count: int = 3) -> Seen:
+def near(problem: Problem, frames: IntArray, scale: float, count: int = 3) -> Seen:
     """Rollouts a little off their targets, the same ones for the same scale."""
     rng, targets = np.random.default_rng(5), Targets.at(problem, frames)
     turns = rotations.exp(scale * rng.normal(size=(count, len(frames), 17, 3)))
@@ -199,7 +207,10 @@ def rows(view: Seen, row: int) -> Seen:
 
 
 def slopes(
-    value: Callable[[Seen], Array], vectors: Callable[[Seen], gauss_newton.Term], problem: Problem, frames
+    value: Callable[[Seen], Array],
+    vectors: Callable[[Seen], gauss_newton.Term],
+    problem: Problem,
+    frames: IntArray,
 ) -> tuple[Array, Array]:
     """Slopes of a value, and of the squares that stand for it, on the way from one rollout to others.
 
@@ -228,7 +239,7 @@ def slopes(
 
 @pytest.mark.parametrize("kind", terms.TERMS, ids=lambda kind: kind.name)
 def test_the_vectors_have_the_gradient_of_the_value(
-    problem: Problem, frames: Array, kind: type[LossTerm]
+    problem: Problem, frames: IntArray, kind: type[LossTerm]
 ) -> None:
     term = kind.of(0.7, problem, len(frames))
     value, squares = slopes(lambda view: 0.7 * term.value(view), term.residual, problem, frames)
@@ -236,13 +247,13 @@ def test_the_vectors_have_the_gradient_of_the_value(
     np.testing.assert_allclose(squares, value, rtol=1e-4, atol=1e-4 * np.abs(value).max())
 
 
-def test_vectors_of_another_weight_are_told(problem: Problem, frames: Array) -> None:
+def test_vectors_of_another_weight_are_told(problem: Problem, frames: IntArray) -> None:
     value, squares = slopes(ComPosition(0.7).value, ComPosition(0.8).residual, problem, frames)
     assert not np.allclose(squares, value, rtol=0.05)
 
 
 @pytest.mark.parametrize("kind", terms.TERMS, ids=lambda kind: kind.name)
-def test_a_term_is_plain_squares_or_robust(problem: Problem, frames: Array, kind: type[LossTerm]) -> None:
+def test_a_term_is_plain_squares_or_robust(problem: Problem, frames: IntArray, kind: type[LossTerm]) -> None:
     term = kind.of(0.7, problem, len(frames))
     view = near(problem, frames, 0.05, 1)
     vectors = term.residual(view)
@@ -254,7 +265,7 @@ def test_a_term_is_plain_squares_or_robust(problem: Problem, frames: Array, kind
 
 @pytest.mark.parametrize("kind", terms.TERMS, ids=lambda kind: kind.name)
 def test_a_frame_looks_at_no_more_earlier_ones_than_it_says(
-    problem: Problem, frames: Array, kind: type[LossTerm]
+    problem: Problem, frames: IntArray, kind: type[LossTerm]
 ) -> None:
     term, view = kind.of(0.7, problem, len(frames)), near(problem, frames, 0.05)
     changed = replace(
@@ -269,7 +280,7 @@ def test_a_frame_looks_at_no_more_earlier_ones_than_it_says(
 
 
 @pytest.mark.parametrize("since", [1, 4])
-def test_vectors_of_the_last_frames_are_those_of_all(problem: Problem, frames: Array, since: int) -> None:
+def test_vectors_of_the_last_frames_are_those_of_all(problem: Problem, frames: IntArray, since: int) -> None:
     view = near(problem, frames, 0.05)
     late = Seen(
         view.com_m[:, since:],
@@ -286,7 +297,7 @@ def test_vectors_of_the_last_frames_are_those_of_all(problem: Problem, frames: A
 
 
 @pytest.mark.parametrize("kind", terms.TERMS, ids=lambda kind: kind.name)
-def test_terms_are_batched_over_rollouts(problem: Problem, frames: Array, kind: type[LossTerm]) -> None:
+def test_terms_are_batched_over_rollouts(problem: Problem, frames: IntArray, kind: type[LossTerm]) -> None:
     term, view = kind.of(1.0, problem, len(frames)), near(problem, frames, 0.1)
     value = term.value(view)
     assert value.shape == (3,)
@@ -295,7 +306,7 @@ def test_terms_are_batched_over_rollouts(problem: Problem, frames: Array, kind: 
 
 
 @pytest.mark.parametrize("kind", terms.TERMS, ids=lambda kind: kind.name)
-def test_terms_grow_away_from_the_targets(problem: Problem, frames: Array, kind: type[LossTerm]) -> None:
+def test_terms_grow_away_from_the_targets(problem: Problem, frames: IntArray, kind: type[LossTerm]) -> None:
     term = kind.of(1.0, problem, len(frames))
     # arccos keeps half of the digits near zero
     at_targets = near(problem, frames, 0.0)
@@ -313,7 +324,7 @@ def test_every_term_has_a_weight_in_the_plan_and_every_weight_a_term(problem: Pr
     assert [term.weight for term in on] == [getattr(problem.plan.loss, term.name) for term in on]
 
 
-def without(problem: Problem, **weights: float) -> Problem:
+def without(problem: Problem, **weights: Any) -> Problem:
     return replace(problem, plan=replace(problem.plan, loss=replace(problem.plan.loss, **weights)))
 
 
