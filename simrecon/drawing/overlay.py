@@ -16,7 +16,9 @@ import numpy as np
 
 from simrecon.drawing import video
 from simrecon.drawing.canvas import Image
-from simrecon.drawing.painter import Clip, Painter, View, has_view
+from simrecon.drawing.clip import Clip
+from simrecon.drawing.painter import Painter
+from simrecon.drawing.views import View, has_view
 from simrecon.errors import InputError
 from simrecon.types import Array, Camera, IntArray
 

@@ -11,8 +11,10 @@ from simrecon import scene as scenes
 from simrecon.body import primitives
 from simrecon.drawing import canvas
 from simrecon.drawing.canvas import Image
+from simrecon.drawing.clip import Clip
 from simrecon.drawing.overlay import contact_sheet
-from simrecon.drawing.painter import Clip, Painter, View, has_view, three_quarter
+from simrecon.drawing.painter import Painter
+from simrecon.drawing.views import View, has_view, three_quarter
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.sim.models import compile_text

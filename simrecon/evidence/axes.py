@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.geometry import vectors
 from simrecon.types import Array
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
@@ -49,14 +50,14 @@ def find_up(source: str, upright: Array, choice: str | None, rest: Array | None 
     """
     if choice is not None:
         return choice, "as given"
-    known = _unit(upright[np.isfinite(upright).all(axis=-1)])
+    known = vectors.unit(upright[np.isfinite(upright).all(axis=-1)])
     shares = {
         axis: float(np.mean(known @ vector(axis) >= UPRIGHT_COSINE)) if len(known) else 0.0 for axis in AXES
     }
     best = max(shares, key=lambda axis: shares[axis])
     percent = f"{100 * shares[best]:.0f} % of the frames"
     usual = best in USUAL_AXES
-    stands = rest is not None and float(_unit(rest) @ vector(best)) >= UPRIGHT_COSINE
+    stands = rest is not None and float(vectors.unit(rest) @ vector(best)) >= UPRIGHT_COSINE
     if usual and stands and shares[best] >= UPRIGHT_REST_SHARE:
         return best, f"the person stands along it in the rest pose and in {percent}"
     if not usual or shares[best] < UPRIGHT_SHARE:
@@ -70,11 +71,6 @@ def vector(name: str) -> Array:
     axis = np.zeros(3)
     axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
     return axis
-
-
-def _unit(vectors: Array) -> Array:
-    unit: Array = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-    return unit
 
 
 def find_unit(source: str, stature: float, choice: str | None, stated: str | None = None) -> tuple[str, str]:

@@ -16,7 +16,8 @@ import pytest
 from simrecon.drawing import overlay, shapes, video
 from simrecon.drawing.canvas import Image
 from simrecon.drawing.overlay import Clip
-from simrecon.drawing.painter import Painter, View
+from simrecon.drawing.painter import Painter
+from simrecon.drawing.views import View
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
 from simrecon.types import Array, Camera, Lens

@@ -12,7 +12,9 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon.body import shape, shape_fit
 from simrecon.drawing import canvas
-from simrecon.drawing.painter import Clip, Painter, View
+from simrecon.drawing.clip import Clip
+from simrecon.drawing.painter import Painter
+from simrecon.drawing.views import View
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics import configurations

@@ -18,7 +18,9 @@ import numpy as np
 from simrecon import evidence
 from simrecon.bench import suite
 from simrecon.drawing import canvas, overlay, video
-from simrecon.drawing.painter import Clip, Painter, View
+from simrecon.drawing.clip import Clip
+from simrecon.drawing.painter import Painter
+from simrecon.drawing.views import View
 from simrecon.io.npz import load
 from simrecon.types import Array, IntArray
 

@@ -24,9 +24,11 @@ from sklearn.mixture import GaussianMixture
 from simrecon import body as bodies
 from simrecon import kinematics, prior
 from simrecon import scene as scenes
+from simrecon.drawing.clip import Clip
 from simrecon.drawing.overlay import contact_sheet
-from simrecon.drawing.painter import Clip, Painter, View, three_quarter
+from simrecon.drawing.painter import Painter
 from simrecon.drawing.stage import upright
+from simrecon.drawing.views import View, three_quarter
 from simrecon.geometry import rotations
 from simrecon.types import Array, Scene
 from tools.train.prior_data import Poses, load, mirrored

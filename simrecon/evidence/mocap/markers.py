@@ -11,6 +11,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
 from simrecon.evidence.mocap.bvh import NEEDED, points_evidence
 from simrecon.evidence.options import Options
+from simrecon.geometry import vectors
 from simrecon.types import Array, Evidence
 
 
@@ -93,7 +94,7 @@ def _hips(points: dict[str, Array], at: Mapping[str, Array], metre: float) -> li
     depth = np.linalg.norm(middle - behind, axis=-1, keepdims=True)
     left = (front[0] - front[1]) / width
     forward = middle - behind
-    forward = _unit(forward - np.sum(forward * left, axis=-1, keepdims=True) * left)
+    forward = vectors.unit(forward - np.sum(forward * left, axis=-1, keepdims=True) * left)
     up = np.cross(forward, left)
     x, y, z = (
         slope * size + constant * metre
@@ -118,7 +119,7 @@ def _shoulders(points: dict[str, Array], at: Mapping[str, Array]) -> list[str]:
     if acromia[0] is None or acromia[1] is None or "left_hip" not in points or "left_shoulder" in points:
         return []
     left, right = acromia[0], acromia[1]
-    down = _unit((points["left_hip"] + points["right_hip"]) / 2 - (left + right) / 2)
+    down = vectors.unit((points["left_hip"] + points["right_hip"]) / 2 - (left + right) / 2)
     drop = table["drop"] * np.linalg.norm(left - right, axis=-1, keepdims=True)
     points["left_shoulder"], points["right_shoulder"] = left + drop * down, right + drop * down
     return ["left_shoulder", "right_shoulder"]
@@ -137,14 +138,9 @@ def _one_sided(points: dict[str, Array], at: Mapping[str, Array], metre: float) 
             )
             if named in points or marker is None:
                 continue
-            along = _unit(marker - points[named.split("_")[0] + "_hip"])
+            along = vectors.unit(marker - points[named.split("_")[0] + "_hip"])
             inward = across if side == "l" else -across
-            inward = _unit(inward - np.sum(inward * along, axis=-1, keepdims=True) * along)
+            inward = vectors.unit(inward - np.sum(inward * along, axis=-1, keepdims=True) * along)
             points[named] = marker + entry["inward_m"] * metre * inward
             derived.append(named)
     return derived
-
-
-def _unit(vectors: Array) -> Array:
-    unit: Array = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-    return unit

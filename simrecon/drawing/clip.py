@@ -1,0 +1,40 @@
+"""What is drawn of a motion: its model and poses, and what is known of camera, landmarks and forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon.types import Array, Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """What is drawn. T frames, J landmarks, C body parts.
+
+    Attributes:
+        model: body and scene; geoms that don't move and those named `item/...` are scene.
+        times_s: (T,).
+        qpos: (T, nq).
+        camera: None, or without extrinsics: a view is made up, and there is nothing to draw on.
+        keypoints_px: (T, J, 2) in the camera's image, NaN = not seen.
+        scores: (T, J) in [0, 1].
+        contact_point_m: (T, C, 3), NaN without contact.
+        contact_force_N: (T, C, 3) on the body.
+        status: (T,) other than 0 where a frame is not simulated.
+        ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
+    """
+
+    model: mujoco.MjModel
+    times_s: Array
+    qpos: Array
+    camera: Camera | None = None
+    keypoints_px: Array | None = None
+    scores: Array | None = None
+    contact_point_m: Array | None = None
+    contact_force_N: Array | None = None
+    status: NDArray[np.uint8] | None = None
+    ground_m: Array | None = None
