@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan, scene
-from simrecon.batch import ahead, clips, page, runner, status
+from simrecon.batch import ahead, clips, manifest, page, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
 from simrecon.batch.runner import Outcome
@@ -95,7 +95,7 @@ def _defaults(parsed: argparse.Namespace) -> dict[str, Any]:
     if parsed.scene is not None:
         scene.read(parsed.scene)
         values["scene"] = str(Path(parsed.scene).resolve())
-    for name, option in clips.OPTIONS.items():
+    for name, option in manifest.OPTIONS.items():
         if option.rules.get("file") and name in values:
             values[name] = str(Path(values[name]).resolve())
     return values

@@ -9,7 +9,7 @@ import pytest
 
 from simrecon import cli
 from simrecon import plan as plans
-from simrecon.batch import clips
+from simrecon.batch import manifest
 from simrecon.cli import options
 from simrecon.errors import InputError
 from simrecon.job import Job, Person, Reading, text
@@ -33,8 +33,8 @@ def test_every_option_of_run_is_one_of_the_other_commands(command: str) -> None:
 
 
 def test_every_option_is_a_key_of_manifests() -> None:
-    assert {option.name for option in text.options()} <= set(clips.KEYS)
-    assert {"plan", "scene", "planner", "engine"} <= set(clips.KEYS)
+    assert {option.name for option in text.options()} <= set(manifest.KEYS)
+    assert {"plan", "scene", "planner", "engine"} <= set(manifest.KEYS)
 
 
 WORDS = {

@@ -1,0 +1,155 @@
+"""Manifests: tables of clips in TOML or CSV, each row with its input and what is asked of it."""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from simrecon import engines, planners
+from simrecon.batch import files
+from simrecon.errors import InputError
+from simrecon.job.text import Option
+from simrecon.job.text import options as job_options
+
+SUFFIXES = (".toml", ".csv")
+OLDER_KEYS = ("person_at", "width_px", "height_px")
+"""Keys of manifests that were options of their own: `person_at_px`, and `size_px` in two parts."""
+OPTIONS = {option.name: option for option in job_options()}
+KEYS = ("name", "input", "plan", "scene", "planner", "engine", *OPTIONS, *OLDER_KEYS)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One input of a manifest.
+
+    Attributes:
+        name: that its row gives, or None.
+        path: of the input; root: folder in which it was found, None if it was named itself.
+        values: fields of the clip and options of its job, by name; paths are absolute or as seen from here.
+    """
+
+    name: str | None
+    path: Path
+    root: Path | None
+    values: Mapping[str, Any]
+
+
+def read(path: Path) -> list[Entry]:
+    """The inputs of a manifest, row by row.
+
+    Raises:
+        InputError: it can't be read, has an unknown key or impossible value, or an input is not there.
+    """
+    rows, shared = _toml(path) if path.suffix.lower() == ".toml" else _csv(path)
+    entries: list[Entry] = []
+    for where, row in rows:
+        own = _checked(where, {**shared, **row}, path.resolve().parent)
+        if "input" not in own:
+            raise InputError(f"{where} lacks the key 'input'; valid: {', '.join(KEYS)}")
+        found = files.find(own.pop("input"))
+        name = own.pop("name", None)
+        if name is not None and len(found) > 1:
+            raise InputError(f"{where} name: found one for {len(found)} inputs; valid: leave it out")
+        entries += [Entry(name, file, root, own) for file, root in found]
+    return entries
+
+
+def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: can't be read as TOML: {error}") from error
+    for key in content:
+        if key not in ("clip", "defaults"):
+            raise InputError(f"{path}: unknown key {key!r}; valid: [defaults] and [[clip]]")
+    rows, defaults = content.get("clip"), content.get("defaults", {})
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise InputError(f"{path}: found no [[clip]]; valid: one for each clip")
+    if not isinstance(defaults, dict) or "name" in defaults or "input" in defaults:
+        raise InputError(f"{path}: [defaults] must be a table without name and input")
+    return [(f"{path}: [[clip]] {i}:", row) for i, row in enumerate(rows, 1)], defaults
+
+
+def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
+    """Rows of a table with a header; an empty cell is no value."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.DictReader(stream, skipinitialspace=True)
+            rows = [(f"{path}: line {reader.line_num}:", row) for row in reader]
+            header = reader.fieldnames or ()
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: can't be read as CSV: {error}") from error
+    if "input" not in header or not rows:
+        raise InputError(f"{path}: found no column 'input', or no rows; valid columns: {', '.join(KEYS)}")
+    for where, row in rows:
+        if None in row or None in row.values():
+            raise InputError(f"{where} found a row that is not as long as the header ({len(header)} columns)")
+    return [
+        (where, {key: cell.strip() for key, cell in row.items() if cell.strip()}) for where, row in rows
+    ], {}
+
+
+def _checked(where: str, row: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The values of a row, of their types; paths are relative to the manifest."""
+    values: dict[str, Any] = {}
+    for key, value in _renamed(where, row).items():
+        if key not in KEYS:
+            raise InputError(f"{where} unknown key {key!r}; valid: {', '.join(KEYS)}")
+        if key in OPTIONS:
+            values[key] = _option(f"{where} {key}", OPTIONS[key], value)
+        elif not isinstance(value, str) or not value.strip():
+            raise InputError(f"{where} {key} must be text, found {value!r}")
+        else:
+            values[key] = value
+        if key == "name" and files.safe(value) != value:
+            raise InputError(
+                f"{where} name: found {value!r}; valid: a file name such as {files.safe(value)!r}"
+            )
+        values[key] = _path(f"{where} {key}", key, values[key], folder)
+    _check_names(where, values)
+    return values
+
+
+def _renamed(where: str, row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row with the older keys under the names of today's options."""
+    values = dict(row)
+    if "person_at" in values:
+        values["person_at_px"] = values.pop("person_at")
+    sides = [values.pop(key, None) for key in ("width_px", "height_px")]
+    if sides != [None, None]:
+        if None in sides:
+            raise InputError(f"{where} found one of width_px and height_px; valid: both, or size_px")
+        values["size_px"] = f"{sides[0]}x{sides[1]}"
+    return values
+
+
+def _option(where: str, option: Option, value: Any) -> Any:
+    """A value of TOML, or a cell of a table, as that of an option."""
+    try:
+        return option.parse(value) if isinstance(value, str) else option.check(value)
+    except InputError as error:
+        raise InputError(f"{where} {error}") from error
+
+
+def _path(where: str, key: str, value: Any, folder: Path) -> Any:
+    """A file's path as seen from the manifest's folder; other values as they are."""
+    is_file = key in ("input", "scene") or (key in OPTIONS and OPTIONS[key].rules.get("file"))
+    if not is_file and key != "plan":
+        return value
+    inside = folder / Path(value).expanduser()
+    if key == "plan":
+        return str(inside) if inside.is_file() else value
+    if key != "input" and not inside.exists():
+        raise InputError(f"{where}: found no file {inside}")
+    return str(inside)
+
+
+def _check_names(where: str, values: Mapping[str, Any]) -> None:
+    """Check that planner and engine are there."""
+    for key, valid in (("planner", planners.names()), ("engine", engines.names())):
+        if key in values and values[key] not in valid:
+            raise InputError(f"{where} {key} must be one of {', '.join(valid)}, found {values[key]!r}")
