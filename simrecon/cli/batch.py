@@ -14,7 +14,7 @@ from simrecon import plan, scene
 from simrecon.batch import ahead, clips, manifest, page, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
-from simrecon.batch.runner import Outcome
+from simrecon.batch.ledger import Outcome
 from simrecon.cli import arguments, options
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import InputError
