@@ -13,9 +13,10 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from simrecon.bench import statics, tables
+from simrecon.bench import page, statics, targets
+from simrecon.bench.execution import RESULT, execute, failed
 from simrecon.bench.schema import Check, Suite
-from simrecon.bench.task import RESULT, Task, execute, failed, tasks
+from simrecon.bench.task import Task, tasks
 from simrecon.errors import InputError
 from simrecon.exports import picture
 from simrecon.io import atomic, provenance
@@ -93,7 +94,7 @@ def run(
         "runs": [rows[index] for index in sorted(rows)],
     }
     content["checks"] = [checked(check) for check in suite.check]
-    content["targets"] = tables.targets(suite, content["runs"])
+    content["targets"] = targets.verdicts(suite, content["runs"])
     done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
     content["pictures"] = []
     _save(suite, content, output)  # before the pictures, which can fail
@@ -104,7 +105,7 @@ def run(
 
 def _save(suite: Suite, content: Row, output: Path) -> None:
     write(output / f"{suite.name}.json", json.dumps(content, indent=1) + "\n")
-    write(output / f"{suite.name}.md", tables.page(suite, content))
+    write(output / f"{suite.name}.md", page.markdown(suite, content))
 
 
 def _pictures(suite: Suite, done: list[Task], output: Path) -> list[str]:

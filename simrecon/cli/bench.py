@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from simrecon.bench import runner, suite, tables
+from simrecon.bench import page, runner, suite
 from simrecon.cli import arguments
 from simrecon.errors import InputError
 
@@ -45,9 +45,9 @@ def _bench(options: argparse.Namespace) -> int:
     chosen = suite.read(options.suite)
     if options.plan is not None:
         chosen = suite.with_plan(chosen, options.plan)
-    page = Path(options.write) if options.write else None
-    if page is not None and not page.parent.is_dir():
-        raise InputError(f"--write: found no folder {page.parent}; valid: a file in an existing folder")
+    report = Path(options.write) if options.write else None
+    if report is not None and not report.parent.is_dir():
+        raise InputError(f"--write: found no folder {report.parent}; valid: a file in an existing folder")
     content = runner.run(
         chosen,
         Path(options.data),
@@ -59,10 +59,10 @@ def _bench(options: argparse.Namespace) -> int:
         evaluator=Path(options.evaluator) if options.evaluator else None,
         report_row=_say,
     )
-    text = tables.page(chosen, content)
-    if page is not None:
-        before = page.read_text(encoding="utf-8") if page.is_file() else ""
-        runner.write(page, tables.replaced(before, chosen.name, text))
+    text = page.markdown(chosen, content)
+    if report is not None:
+        before = report.read_text(encoding="utf-8") if report.is_file() else ""
+        runner.write(report, page.replaced(before, chosen.name, text))
     print(text, end="")
     return EXIT_FAILED if any(row["status"] == "failed" for row in content["runs"]) else 0
 

@@ -10,7 +10,8 @@ import pytest
 
 from simrecon import cli, evidence
 from simrecon import plan as plans
-from simrecon.bench import runner, schema, suite, tables, task
+from simrecon.bench import execution, material, runner, schema, suite, targets, task
+from simrecon.bench.page import markdown, replaced
 from simrecon.errors import InputError
 from simrecon.evaluation import fitted
 from simrecon.geometry import camera as cameras
@@ -158,7 +159,7 @@ def test_changed_settings_input_and_damage_run_anew(data: Path, tmp_path: Path) 
     assert changed["key"] != row["key"]
     (back,) = run(data, tmp_path, **one)["runs"]
     assert (back["status"], back["key"]) == ("done", row["key"])
-    record = tmp_path / "runs" / "stand" / "full" / "seed0" / task.RECORD
+    record = tmp_path / "runs" / "stand" / "full" / "seed0" / execution.RECORD
     record.write_text("{", encoding="utf-8")
     (again,) = run(data, tmp_path, **one)["runs"]
     assert again["status"] == "done"
@@ -194,15 +195,15 @@ def test_the_command_writes_its_part_of_a_page(
 
 
 def test_sections_are_replaced_and_others_kept() -> None:
-    page = tables.replaced("# R\n", "a", "# A\none")
-    page = tables.replaced(page, "b", "# B")
-    page = tables.replaced(page, "a", "# A\ntwo")
+    page = replaced("# R\n", "a", "# A\none")
+    page = replaced(page, "b", "# B")
+    page = replaced(page, "a", "# A\ntwo")
     assert page.count("## A") == 1
     assert "two" in page
     assert "one" not in page
     assert "## B" in page
     with pytest.raises(InputError, match="markers"):
-        tables.replaced("<!-- bench a -->", "a", "# A")
+        replaced("<!-- bench a -->", "a", "# A")
 
 
 @pytest.mark.parametrize("name", suite.names())
@@ -256,9 +257,9 @@ def test_overriding_nothing_changes_nothing() -> None:
 
 def test_dropping_parts_of_the_evidence(data: Path) -> None:
     given = evidence.read(data / "stand.npz")
-    assert task.dropped(given, ("keypoints",)).joint_names == given.joint_names
+    assert material.dropped(given, ("keypoints",)).joint_names == given.joint_names
     with pytest.raises(InputError, match="leaves nothing"):
-        task.dropped(given, ("joints",))
+        material.dropped(given, ("joints",))
 
 
 def test_a_thing_is_placed_from_other_evidence_of_the_clip(data: Path, tmp_path: Path) -> None:
@@ -308,7 +309,7 @@ def test_a_target_against_another_clip() -> None:
     bound = schema.Bound("ratio", at_most=1.3)
     target = schema.Target("t", "mpjpe_g_mm", (bound,), against="result", against_clip="a", clips=("b",))
     given = schema.Suite("p", "quick", (0,), clips, (), target=(target,))
-    (found,) = tables.targets(given, [row("a", 1, 10), row("b", 1, 12)])
+    (found,) = targets.verdicts(given, [row("a", 1, 10), row("b", 1, 12)])
     assert found["must"][0]["value"] == pytest.approx(1.2)
     assert found["met_must"] is True
 
@@ -349,12 +350,12 @@ def test_targets(measure: str, value: float) -> None:
     target = schema.Target("t", "mpjpe_g_mm", must=(bound,), reach=(replace(bound, at_most=value - 0.01),))
     given = schema.Suite("p", "quick", (0, 1), clips, (), target=(target,))
     rows = [row("a", 10, 4), row("b", 10, 11), row("b", 10, 13, seed=1)]
-    (found,) = tables.targets(given, rows)
+    (found,) = targets.verdicts(given, rows)
     assert found["must"][0]["value"] == pytest.approx(value)
     assert found["met_must"] is True
     assert found["met_reach"] is False
     assert found["worst_clip"] == "b"
-    (empty,) = tables.targets(given, [])
+    (empty,) = targets.verdicts(given, [])
     assert empty["met_must"] is None
 
 
@@ -369,7 +370,7 @@ def test_what_a_variant_changes() -> None:
     found += [row("a", 0, 11) | {"variant": "none"}, row("b", 0, 12) | {"variant": "none"}]
     machine = {"cores": 1, "processor": "x"}
     content = {"runs": found, "versions": {}, "machine": machine, "jobs": 1, "targets": []}
-    page = tables.page(given, content)
+    page = markdown(given, content)
     assert "| less | +5.0 % (1 of 2) | nothing |" in page
     assert "| none | +15.0 % (2 of 2) | error |" in page
 

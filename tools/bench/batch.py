@@ -27,7 +27,7 @@ from typing import Any
 
 from simrecon import cli, evidence, resources
 from simrecon.batch import journal
-from simrecon.bench import tables
+from simrecon.bench.page import replaced
 from simrecon.system import processor
 
 SAME = ("motion.npz", "model.xml", "scene.toml")
@@ -171,7 +171,7 @@ def main() -> int:
     print(text)
     if options.write is not None:
         page = options.write.read_text(encoding="utf-8")
-        options.write.write_text(tables.replaced(page, "batch", text), encoding="utf-8")
+        options.write.write_text(replaced(page, "batch", text), encoding="utf-8")
     return 1 if any(row["differ"] for row in rows) else 0
 
 

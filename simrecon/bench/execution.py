@@ -1,0 +1,144 @@
+"""A run of a suite, made and scored; kept if it is there with the same input and settings."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from simrecon import evidence as readers
+from simrecon import kinematics
+from simrecon import plan as plans
+from simrecon.bench import material
+from simrecon.bench.task import Task
+from simrecon.errors import SimreconError
+from simrecon.evaluation import fitted, scores
+from simrecon.io import atomic
+from simrecon.job import Job, Person, Reading
+from simrecon.plan import Plan
+from simrecon.running import run
+from simrecon.types import Evidence, Scene
+
+RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
+
+
+def execute(task: Task) -> dict[str, Any]:
+    """Run and score.
+
+    Returns:
+        `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
+        `key`, `scores` by motion, `intervals`, `run` (`schema.RUN_SCORES`) and `check` of the evaluator.
+    """
+    try:
+        return _said(task) | _execute(task)
+    except Exception as error:  # one clip that fails must not end a night of others
+        return failed(
+            task, str(error) if isinstance(error, SimreconError) else traceback.format_exc(limit=-3)
+        )
+
+
+def failed(task: Task, message: str) -> dict[str, Any]:
+    """What `execute` returns of a run that failed."""
+    return _said(task) | {"status": "failed", "message": " ".join(message.split())}
+
+
+def _said(task: Task) -> dict[str, Any]:
+    return {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
+
+
+def _execute(task: Task) -> dict[str, Any]:
+    file, truth = material.files(task)
+    plan = material.plan(task)
+    seen = material.read(task, file)
+    # the scene is part of the clip, so it is placed from all of the evidence
+    scene = material.scene(task, seen, plans.read(task.plan))
+    key = material.key(file, task, plan, scene)
+    if task.suite.half == "kinematics":
+        return _fit(task, file, truth, key, _Work(material.dropped(seen, task.variant.drop), scene, plan))
+    folder, mark = task.folder / RESULT, task.folder / RECORD
+    status = "kept"
+    if not (folder / "motion.npz").is_file() or _recorded(mark).get("key") != key:
+        mark.unlink(missing_ok=True)
+        run(_job(task, file, scene, plan, folder))
+        atomic.write_json(mark, {"key": key})
+        status = "done"
+    table = scores.score(folder, truth, file)
+    content = table.as_dict()
+    record = {"status": status, "key": key, "scores": table.values, "intervals": content["intervals"]}
+    record["run"] = _run(folder)
+    if task.evaluator is not None:
+        command = [sys.executable, str(task.evaluator), str(folder), str(truth), str(file)]
+        record["check"] = json.loads(subprocess.check_output(command, text=True))
+        if "replay" in record["check"]:
+            record["run"]["check_qpos_error"] = float(record["check"]["replay"]["max_qpos_error"])
+    return record
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What a kinematic fit is made of."""
+
+    evidence: Evidence
+    scene: Scene
+    plan: Plan
+
+
+def _fit(task: Task, file: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
+    """The kinematic half alone, kept as `fit.npz`."""
+    path, mark = task.folder / FIT, task.folder / RECORD
+    status = "kept"
+    if not path.is_file() or _recorded(mark).get("key") != key:
+        task.folder.mkdir(parents=True, exist_ok=True)
+        mark.unlink(missing_ok=True)
+        began = time.process_time()
+        fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
+        fitted.write(path, fit, time.process_time() - began)
+        atomic.write_json(mark, {"key": key})
+        status = "done"
+    table = scores.score_fit(path, truth, file)
+    record = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
+    return record | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
+
+
+def _job(task: Task, input_file: Path, scene: Scene, plan: Plan, folder: Path) -> Job:
+    """The job of a run."""
+    parts = task.variant.drop
+    return Job(
+        str(input_file),
+        str(folder),
+        reading=Reading(
+            unknown_camera="camera" in parts, ignore=tuple(part for part in parts if part != "camera")
+        ),
+        person=Person(height_m=task.clip.height_m),
+        scene=scene,
+        plan=plan,
+        seed=task.seed,
+        threads=task.threads,
+    )
+
+
+def _recorded(path: Path) -> dict[str, Any]:
+    """What was written down of a run: its `key`."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _run(folder: Path) -> dict[str, float]:
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    totals = report["totals"]
+    numbers = {
+        "seconds_per_second": totals["seconds_per_second"],
+        "cpu_per_second": totals["cpu_s"] / totals["video_s"],
+        "stepping_share": totals["stepping_share"],
+        "fallback": report["frames"]["fallback"],
+        "replay_exact": report["audit"]["replay_exact"],
+    }
+    return {name: float(value) for name, value in numbers.items() if value is not None}
