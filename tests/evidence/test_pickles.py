@@ -22,7 +22,8 @@ import pytest
 
 from simrecon import evidence
 from simrecon.errors import InputError
-from simrecon.evidence.content import as_array, open_content
+from simrecon.evidence.content import open_content
+from simrecon.evidence.values import as_array
 from simrecon.io.limits import MAX_BYTES
 from tests.support import foreign_files as foreign
 
@@ -324,7 +325,8 @@ def test_neither_torch_nor_joblib_is_imported(tmp_path: Path) -> None:
     vectors, place = foreign.poses()
     path = foreign.save_torch(tmp_path / "a.pt", {"poses": vectors.reshape(len(vectors), -1), "trans": place})
     code = (
-        "import sys; from simrecon.evidence.content import as_array, open_content as o; "
+        "import sys; from simrecon.evidence.content import open_content as o; "
+        "from simrecon.evidence.values import as_array; "
         f"print(o({str(path)!r}).tree['trans'].shape, 'torch' in sys.modules, 'joblib' in sys.modules)"
     )
     root = Path(__file__).resolve().parents[2]

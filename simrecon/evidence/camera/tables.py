@@ -12,7 +12,7 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.evidence.camera import calibration
 from simrecon.evidence.camera.calibration import Calibration
-from simrecon.evidence.content import as_array
+from simrecon.evidence.values import as_array
 from simrecon.io.arrays import Arrays
 
 OWN_KEYS = ("image_size_px", "matrix_px", "focal_px", "centre_px", "distortion", "world_to_camera")

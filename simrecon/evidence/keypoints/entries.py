@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from simrecon.evidence.content import Content, as_array
+from simrecon.evidence.content import Content
+from simrecon.evidence.values import as_array
 from simrecon.types import Array
 
 

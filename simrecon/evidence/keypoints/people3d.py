@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from simrecon.evidence.content import Content, as_array
+from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import tracks
 from simrecon.evidence.keypoints.tracks import Detection
 from simrecon.evidence.options import Options
+from simrecon.evidence.values import as_array
 from simrecon.types import Array, Camera, Evidence, Lens
 
 AGREE_PX = 2.0

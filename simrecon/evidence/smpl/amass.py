@@ -11,10 +11,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simrecon.evidence.content import Content, branch
+from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options, times_s
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
+from simrecon.evidence.values import branch
 from simrecon.io.arrays import Arrays
 from simrecon.types import Array, Evidence
 

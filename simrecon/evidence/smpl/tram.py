@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from simrecon.evidence.content import Content, branch, open_content
+from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.options import Options, times_s
 from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
+from simrecon.evidence.values import branch
 from simrecon.io.arrays import Arrays
 from simrecon.types import Camera, Evidence
 
