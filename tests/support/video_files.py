@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 
 from simrecon.evidence.video import blazepose
-from simrecon.evidence.video.blazepose import NAMES, Candidate, Pose, Region
+from simrecon.evidence.video.blazepose import NAMES, Pose, Region
+from simrecon.evidence.video.candidates import Candidate
 
 Person = tuple[float, float, float, tuple[int, int, int]]
 """x and y of the middle, height, colour."""

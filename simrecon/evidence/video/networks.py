@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 
 from simrecon.errors import InputError
-from simrecon.evidence.video import blazepose
-from simrecon.evidence.video.blazepose import Candidate, Image, Pose, Region
+from simrecon.evidence.video import blazepose, candidates
+from simrecon.evidence.video.blazepose import Image, Pose, Region
+from simrecon.evidence.video.candidates import Candidate
 from simrecon.system import extras
 from simrecon.types import Array
 
@@ -34,8 +35,8 @@ class Networks:
     def __init__(self, detector: Path, landmarks: Path, threads: int = 1) -> None:
         self._detector = _interpreter(detector, threads)
         self._landmarks = _interpreter(landmarks, threads)
-        self._anchors = blazepose.anchors()
-        side, raw = blazepose.DETECTOR_SIDE, (blazepose.RAW_COUNT, blazepose.RAW_VALUES)
+        self._anchors = candidates.anchors()
+        side, raw = candidates.DETECTOR_SIDE, (blazepose.RAW_COUNT, blazepose.RAW_VALUES)
         self._boxes = _output(self._detector, detector, (1, len(self._anchors), 12), (1, side, side, 3))
         self._scores = _output(self._detector, detector, (1, len(self._anchors), 1), (1, side, side, 3))
         side = blazepose.LANDMARK_SIDE
@@ -49,8 +50,8 @@ class Networks:
     def candidates(self, image: Image, tile: tuple[int, int, int, int] | None = None) -> list[Candidate]:
         """People in an image (H, W, 3), blue green red, or in a tile x, y, width, height of it."""
         x, y, width, height = tile or (0, 0, image.shape[1], image.shape[0])
-        side = blazepose.DETECTOR_SIDE
-        scale, bars = blazepose.letterbox(width, height, side)
+        side = candidates.DETECTOR_SIDE
+        scale, bars = candidates.letterbox(width, height, side)
         size = (max(round(width / scale), 1), max(round(height / scale), 1))
         small = cv2.resize(image[y : y + height, x : x + width], size, interpolation=cv2.INTER_AREA)
         left, top = round(float(bars[0])), round(float(bars[1]))
@@ -60,8 +61,8 @@ class Networks:
         self._detector.invoke()
         boxes = self._detector.get_tensor(self._boxes)[0].astype(float)
         scores = self._detector.get_tensor(self._scores)[0, :, 0].astype(float)
-        rows = blazepose.suppress(blazepose.decode_candidates(boxes, scores, self._anchors))
-        return blazepose.to_candidates(rows, (x, y, width, height))
+        rows = candidates.suppress(candidates.decode_candidates(boxes, scores, self._anchors))
+        return candidates.to_candidates(rows, (x, y, width, height))
 
     def pose(self, image: Image, region: Region) -> Pose:
         """Landmarks of the person in a region of an image (H, W, 3), blue green red."""

@@ -15,7 +15,8 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from simrecon.evidence.video.blazepose import NAMES, Candidate, Image, Pose, Region
+from simrecon.evidence.video.blazepose import NAMES, Image, Pose, Region
+from simrecon.evidence.video.candidates import Candidate
 from simrecon.types import Array
 
 PRESENCE_MIN = 0.5
