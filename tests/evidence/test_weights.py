@@ -55,7 +55,7 @@ def packed(kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def runner(log: list[Sequence[str]], *, fails: tuple[str, ...] = ()) -> weights.Runner:
+def runner(log: list[Sequence[str]], *, fails: tuple[str, ...] = ()) -> fetching.Runner:
     """Stands for the clients: leaves what they would download."""
 
     def run(command: Sequence[str], cwd: Path) -> None:
