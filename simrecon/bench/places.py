@@ -42,7 +42,7 @@ def support(evidence: Evidence, plan: Kinematics) -> Scene:
         plan: as in `seat`.
     """
     rough = replace(kinematics.floating(plan), evaluations=min(plan.evaluations, _EVALUATIONS))
-    fit = kinematics.fit(resample(evidence)[0], Scene(), rough)
+    fit = kinematics.fit_to_stature(resample(evidence)[0], Scene(), rough)
     suggestions = suggest.suggest(fit.body, fit.scene, fit.times_s, fit.qpos)
     return Scene(fit.scene.ground, tuple(entry.item for entry in suggestions))
 

@@ -15,7 +15,7 @@ from simrecon.evidence import resample
 from simrecon.scene import check, edit, files, meshes, sheets, suggest
 from simrecon.sim.address import with_items_at_rest
 from simrecon.sim.models import compile_text
-from simrecon.types import KinematicFit, Scene
+from simrecon.types import Evidence, KinematicFit, Scene
 
 PLAN = "quick"
 LEAST_DEPTH_M = 0.005
@@ -71,7 +71,7 @@ def propose(options: argparse.Namespace) -> int:
             "# the person's height is not given, and one camera can't tell small and near from tall and far:"
         )
         print("# only seats can be found, not beams and steps under the feet; --height-m helps")
-    fit = _fitted(options, scene, floating=metric)
+    fit = _floating(options, scene) if metric else _fitted(options, scene)
     suggestions = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
     for entry in suggestions:
         spans = ", ".join(f"{a}-{b}" for a, b in entry.spans)
@@ -89,19 +89,26 @@ def propose(options: argparse.Namespace) -> int:
     return 0
 
 
-def _fitted(options: argparse.Namespace, scene: Scene, floating: bool = False) -> KinematicFit:
-    """Kinematic fit to the evidence as `run` makes it; `floating`: nothing holds the body to the scene."""
+def _fitted(options: argparse.Namespace, scene: Scene) -> KinematicFit:
+    """Kinematic fit to the evidence as `run` makes it."""
+    return kinematics.fit(_uniform(options), scene, plan.read(PLAN).kinematics)
+
+
+def _floating(options: argparse.Namespace, scene: Scene) -> KinematicFit:
+    """Kinematic fit in which nothing but their size in the image says how far off the feet are."""
+    weights = kinematics.floating(plan.read(PLAN).kinematics)
+    return kinematics.fit_to_stature(_uniform(options), scene, weights)
+
+
+def _uniform(options: argparse.Namespace) -> Evidence:
+    """The evidence on a uniform time grid, with the height and mass of the options."""
     seen = evidence.read(options.evidence)
     evidence.check_names(seen, names.valid_names(), options.evidence)
     if options.height_m is not None:
         seen = replace(seen, height_m=options.height_m)
     if options.mass_kg is not None:
         seen = replace(seen, mass_kg=options.mass_kg)
-    uniform, _ = resample(seen)
-    weights = plan.read(PLAN).kinematics
-    if floating:
-        weights = kinematics.floating(weights)
-    return kinematics.fit(uniform, scene, weights)
+    return resample(seen)[0]
 
 
 def listed(scene: Scene) -> str:
