@@ -169,15 +169,17 @@ def test_the_bench_of_the_sit_to_stand_clip(
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="the beam is found 38 (cam01) and 51 mm (cam03) too high")
 @pytest.mark.parametrize("camera", ["cam01", "cam03"])
 def test_the_beam_of_a_walk(camera: str, shared_data: Path, tmp_path: Path) -> None:
-    """By one camera, for a person of known height; the beam's top is 0.065 m high, at y = -0.016."""
+    """By one camera; the person's height is that of the data's publisher (`contact.toml`).
+
+    The beam's top is 0.065 m high, at y = -0.016, by its edges in both videos.
+    """
     from simrecon import cli
 
     clip = shared_data / "evidence" / f"pose2sim_beam_{camera}.npz"
     target = tmp_path / "s.toml"
-    assert cli.main(["scene", "suggest", str(clip), "--height-m", "1.65", "-o", str(target)]) == 0
+    assert cli.main(["scene", "suggest", str(clip), "--height-m", "1.72", "-o", str(target)]) == 0
     (beam,) = scenes.read(target).items
     assert beam.kind == "beam"
     assert beam.parameters["height_m"] == pytest.approx(0.065, abs=0.02)
