@@ -31,14 +31,14 @@ def clip() -> Evidence:
     return resample(part)[0]
 
 
-def test_a_known_stature_is_that_of_the_body(clip) -> None:
+def test_a_known_stature_is_that_of_the_body(clip: Evidence) -> None:
     once = kinematics.fit(clip, Scene(), WEIGHTS)
     again = kinematics.fit_to_stature(clip, Scene(), WEIGHTS)
     assert bodies.stature_m(once.body.skeleton) > 1.005 * HEIGHT_M  # to first order only
     assert bodies.stature_m(again.body.skeleton) == pytest.approx(HEIGHT_M, rel=0.002)
 
 
-def test_without_a_stature_it_is_the_fit(clip) -> None:
+def test_without_a_stature_it_is_the_fit(clip: Evidence) -> None:
     unknown = replace(clip, height_m=None)
     once = kinematics.fit(unknown, Scene(), WEIGHTS)
     again = kinematics.fit_to_stature(unknown, Scene(), WEIGHTS)
