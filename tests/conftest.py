@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,16 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 # The same examples on every run, and no failure because a machine is busy.
 settings.register_profile("simrecon", deadline=None, derandomize=True)
 settings.load_profile("simrecon")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The working folder of all tests is an empty one, and they leave it so: none depends on what is there."""
+    before, folder = Path.cwd(), tmp_path_factory.mktemp("elsewhere")
+    os.chdir(folder)
+    yield
+    os.chdir(before)
+    assert list(folder.iterdir()) == []
 
 
 @pytest.fixture(scope="session")

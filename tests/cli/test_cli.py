@@ -185,8 +185,8 @@ def test_a_stopped_run_is_one_line_and_leaves_nothing(
 
 
 @pytest.mark.parametrize("place", [0, -1])
-def test_debug_adds_the_traceback(place: int, capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["run", "nowhere.npz", "-o", "out"]
+def test_debug_adds_the_traceback(place: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["run", "nowhere.npz", "-o", str(tmp_path / "out")]
     given.insert(place if place == 0 else len(given), "--debug")
     assert cli.main(given) == 2
     lines = capsys.readouterr().err.splitlines()
