@@ -21,7 +21,7 @@ settings.load_profile("simrecon")
 
 @pytest.fixture(scope="session", autouse=True)
 def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The working folder of all tests is an empty one, and they leave it so: none depends on what is there."""
+    """The working folder of all tests is an empty one, and stays so: none depends on what is there."""
     before, folder = Path.cwd(), tmp_path_factory.mktemp("elsewhere")
     os.chdir(folder)
     yield

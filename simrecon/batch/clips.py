@@ -10,7 +10,7 @@ from typing import Any
 
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.batch import files, manifest
+from simrecon.batch import files, manifest, shared
 from simrecon.errors import InputError
 from simrecon.evidence import formats
 from simrecon.job import Job
@@ -85,10 +85,13 @@ def collect(
             if path.suffix.lower() in manifest.SUFFIXES and root is None:
                 entries += [_listed(entry, values) for entry in manifest.read(path)]
             else:
-                entries.append((None, _clip(files.stem(path, root), path, values)))
+                own = shared.without_foreign(values, tuple(values), path)
+                entries.append((None, _clip(files.stem(path, root), path, own)))
     if not entries:
         words = ", ".join(inputs)
         raise InputError(f"{words}: found no clip; valid: files of {', '.join(formats.names())}")
+    used = {name for _, clip in entries for name in clip.options}
+    shared.refuse_idle(tuple(values), used)
     return tuple(_beside(clip, scene_folder, video_folder) for clip in _named(entries))
 
 
@@ -102,7 +105,9 @@ def _clip(name: str, path: Path, values: Mapping[str, Any]) -> Clip:
 def _listed(entry: manifest.Entry, defaults: Mapping[str, Any]) -> tuple[str | None, Clip]:
     """A clip of a manifest, and the name that it was given."""
     name = entry.name or files.stem(entry.path, entry.root)
-    return entry.name, _clip(name, entry.path, {**defaults, **entry.values})
+    values = {**defaults, **entry.values}
+    common = {*entry.shared, *(key for key in defaults if key not in entry.values)}
+    return entry.name, _clip(name, entry.path, shared.without_foreign(values, common, entry.path))
 
 
 def _named(entries: list[tuple[str | None, Clip]]) -> list[Clip]:

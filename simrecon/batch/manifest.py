@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from simrecon.job.text import Option
 from simrecon.job.text import options as job_options
 
 SUFFIXES = (".toml", ".csv")
-OLDER_KEYS = ("person_at", "width_px", "height_px")
-"""Keys of manifests that were options of their own: `person_at_px`, and `size_px` in two parts."""
+NEWER_KEYS = {"person_at": "person_at_px", "width_px": "size_px", "height_px": "size_px"}
+"""Keys of manifests that were options of their own, and the options that they have become."""
+OLDER_KEYS = tuple(NEWER_KEYS)
 OPTIONS = {option.name: option for option in job_options()}
 KEYS = ("name", "input", "plan", "scene", "planner", "engine", *OPTIONS, *OLDER_KEYS)
 
@@ -30,12 +31,14 @@ class Entry:
         name: that its row gives, or None.
         path: of the input; root: folder in which it was found, None if it was named itself.
         values: fields of the clip and options of its job, by name; paths are absolute or as seen from here.
+        shared: names of the values that stand in [defaults].
     """
 
     name: str | None
     path: Path
     root: Path | None
     values: Mapping[str, Any]
+    shared: Collection[str] = ()
 
 
 def read(path: Path) -> list[Entry]:
@@ -54,7 +57,8 @@ def read(path: Path) -> list[Entry]:
         name = own.pop("name", None)
         if name is not None and len(found) > 1:
             raise InputError(f"{where} name: found one for {len(found)} inputs; valid: leave it out")
-        entries += [Entry(name, file, root, own) for file, root in found]
+        common = set(own) - {NEWER_KEYS.get(key, key) for key in row}
+        entries += [Entry(name, file, root, own, common) for file, root in found]
     return entries
 
 

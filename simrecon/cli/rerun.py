@@ -31,12 +31,19 @@ def add(commands: Any) -> None:
 def _rerun(parsed: argparse.Namespace) -> int:
     result = results.open_result(parsed.result)
     job = replace(recalled(result), output=parsed.output or parsed.result)
-    if parsed.input is not None:
-        name = "input" if job.detected is None else "detected"
-        job = replace(job, **{name: parsed.input})
-    _check_there(job, parsed.result)
     again = options.apply(parsed, job)
+    if _reads_anew(job, again):
+        again = replace(again, detected=None, sha256=replace(again.sha256, detected=""))
+    if parsed.input is not None:
+        name = "input" if again.detected is None else "detected"
+        again = replace(again, **{name: parsed.input})
+    _check_there(again, parsed.result)
     return execute(replace(again, sha256=_still_known(job, again)))
+
+
+def _reads_anew(before: Job, after: Job) -> bool:
+    """Whether the landmarks that were found in a video are not those that are now asked for."""
+    return replace(before.reading, ignore=()) != replace(after.reading, ignore=())
 
 
 def recalled(result: Result) -> Job:
@@ -66,4 +73,4 @@ def _still_known(before: Job, after: Job) -> Hashes:
         "body_model": (before.person.body_model, after.person.body_model),
     }
     changed = {name: "" for name, (old, new) in files.items() if old != new}
-    return replace(before.sha256, **changed)
+    return replace(after.sha256, **changed)

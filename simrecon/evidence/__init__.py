@@ -8,12 +8,14 @@ from simrecon.evidence.formats import read
 from simrecon.evidence.memory import from_arrays
 from simrecon.evidence.npz import check_names, write
 from simrecon.evidence.options import Options
+from simrecon.evidence.own import image_size_px
 from simrecon.evidence.resample import resample, visibility
 
 __all__ = [
     "Options",
     "check_names",
     "from_arrays",
+    "image_size_px",
     "is_video",
     "read",
     "resample",

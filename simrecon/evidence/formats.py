@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simrecon.errors import InputError
-from simrecon.evidence import joining, npz
+from simrecon.evidence import applicable, joining, npz, own
 from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import array, coco, deeplabcut, mmpose, openpose, phalp, sam3d
 from simrecon.evidence.mocap import bvh, c3d, trc
@@ -42,16 +42,8 @@ class Reader:
     read: Callable[[Content, Options], Evidence]
 
 
-def _is_evidence(content: Content) -> bool:
-    return content.kind == "npz" and ("schema" in content.tree or "times_s" in content.tree)
-
-
-def _read_evidence(content: Content, _options: Options) -> Evidence:
-    return npz.read(content.path)
-
-
 READERS: tuple[Reader, ...] = (
-    Reader("evidence", "simrecon evidence", _is_evidence, _read_evidence),
+    Reader("evidence", "simrecon evidence", own.matches, own.read),
     Reader("wham", "WHAM", wham.matches, wham.read),
     Reader("gvhmr", "GVHMR", gvhmr.matches_gvhmr, gvhmr.read_gvhmr),
     Reader("gem", "GEM/GENMO", gvhmr.matches_gem, gvhmr.read_gem),
@@ -102,18 +94,33 @@ def read(
         InputError: one line with file, key, what was found and what is valid.
     """
     options = options or Options()
-    first = _read(path, options)
+    content = open_content(path)
+    reader = _reader(content, options.format)
     if keypoints is None:
-        return _checked(first, path)
+        applicable.refuse(content, options, reader.name)
+        return _checked(_read(content, reader, options), path)
+    content2 = open_content(keypoints)
+    reader2 = _reader(content2, None)
+    applicable.refuse(content, options, reader.name, other=reader2.name)
+    said = Options(person=keypoints_person)
+    applicable.refuse(content2, said, reader2.name, person="--keypoints-person")
+    first = _read(content, reader, options)
     others = replace(options, format=None, person=keypoints_person, up=None, unit=None, frame=None)
     if others.camera is None and first.camera is not None:
         others = replace(others, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
-    return _checked(joining.join(first, _read(keypoints, others), path, keypoints), path)
+    return _checked(joining.join(first, _read(content2, reader2, others), path, keypoints), path)
 
 
-def _read(path: str | os.PathLike[str], options: Options) -> Evidence:
-    content = open_content(path)
-    reader = _reader(content, options.format)
+def format_of(path: str | os.PathLike[str], name: str | None = None) -> str:
+    """The name of a file's format, by content; `name` forces one.
+
+    Raises:
+        InputError: it can't be read, or is of no known format.
+    """
+    return _reader(open_content(path), name).name
+
+
+def _read(content: Content, reader: Reader, options: Options) -> Evidence:
     try:
         evidence = reader.read(content, options)
     except _MISFITS as error:

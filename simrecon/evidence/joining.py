@@ -16,6 +16,7 @@ NO_LENS = (
     "or --keypoints of a file with one"
 )
 OVERLAP_MIN = 0.5
+_OWN = "simrecon evidence"
 
 
 def join(
@@ -64,5 +65,10 @@ def join(
         keypoints_px=np.where(near[:, None, None], second.keypoints_px[nearest], np.nan),
         scores=np.where(near[:, None], second.scores[nearest], 0.0),
         camera=camera,
-        reading=f"{first.reading}\n{second.reading}, for {int(near.sum())} of {len(near)} frames",
+        reading="\n".join(
+            (
+                first.reading or _OWN,
+                f"{second.reading or _OWN}, for {int(near.sum())} of {len(near)} frames",
+            )
+        ),
     )

@@ -99,7 +99,7 @@ def parse(arrays: Arrays) -> Evidence:
     )  # fmt: skip
     evidence = keys.with_joints(arrays, keys.with_keypoints(arrays, evidence))
     if unused := keys.unused(arrays):
-        evidence = replace(evidence, reading=f"{listed(unused)}: in the file, not used")
+        evidence = replace(evidence, reading=f"{listed(unused)} in the file, not used")
     if not evidence.keypoint_names and not evidence.joint_names:
         flat, solid = ", ".join(keys.KEYPOINTS), ", ".join(keys.JOINTS)
         groups = f"{flat} (2D landmarks) or {solid} (3D joints), or both"

@@ -13,6 +13,7 @@ from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
 from simrecon.evidence.camera import files, fov, hidden
+from simrecon.geometry import camera as cameras
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
 from simrecon.types import Array, Camera, Evidence
@@ -106,7 +107,7 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
     reading, video = job.reading, background(job)
     _refuse_pairs(reading)
     rate_hz, size_px = fov.probe(video) if video is not None else (None, None)
-    size_px = reading.size_px or size_px
+    size_px = _size_px(job) or size_px
     camera, source = _lens(job, size_px)
     if reading.unknown_camera and camera is None and size_px is not None:
         camera, source = hidden.usual(size_px), "unknown"
@@ -130,7 +131,24 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
     return _unknown(seen) if reading.unknown_camera else seen
 
 
+def _size_px(job: Job) -> tuple[int, int] | None:
+    """Image size, where it is needed for a lens: that of an evidence file, else what the user says."""
+    reading = job.reading
+    if (reading.fov_deg, reading.camera, reading.size_px) == (None, None, None):
+        return None
+    own = readers.image_size_px(job.input)
+    if None not in (own, reading.size_px) and own != reading.size_px:
+        found, valid = ("x".join(map(str, size)) for size in (reading.size_px or (), own or ()))
+        raise InputError(f"{job.input}: --size: found {found}, but the file has {valid}; valid: leave it out")
+    return own or reading.size_px
+
+
 def _refuse_pairs(reading: Reading) -> None:
+    if reading.keypoints_person is not None and reading.keypoints is None:
+        raise InputError("--keypoints-person: found no --keypoints; valid: --keypoints FILE beside it")
+    lens = (reading.camera, reading.fov_deg)
+    if reading.size_px is not None and lens == (None, None) and not reading.unknown_camera:
+        raise InputError("--size: found no lens for it; valid: --fov, --camera or --unknown-camera beside it")
     if reading.camera_name is not None and reading.camera is None:
         raise InputError("--camera-name: found no camera file; valid: --camera FILE beside it")
     if reading.camera is not None and reading.fov_deg is not None:
@@ -151,9 +169,11 @@ def _lens(job: Job, size_px: tuple[int, int] | None) -> tuple[Camera | None, str
 
 
 def _unknown(seen: Evidence) -> Evidence:
-    """Evidence whose camera is left out, and a line of the reading that says so."""
+    """Evidence whose camera is left out, as the reading says."""
     blind = readers.unknown_camera(seen)
     if blind.camera is None:
         return blind
-    line = f"camera: hidden, focal length {blind.camera.lens.matrix_px[0, 0]:.0f} px"
-    return replace(blind, reading="\n".join(filter(None, (seen.reading, line))))
+    first, *others = (seen.reading or "simrecon evidence").splitlines()
+    focal = f"{cameras.focal_px(blind.camera.lens):.0f} px"
+    first += f"; camera left out (--unknown-camera), focal length set to {focal}"
+    return replace(blind, reading="\n".join((first, *others)))

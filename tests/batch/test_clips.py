@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from simrecon import resources
 from simrecon.batch import clips
 from simrecon.errors import InputError
+from simrecon.job import inputs
 
 
 def touch(folder: Path, *names: str) -> None:
@@ -118,3 +120,21 @@ def test_what_is_wrong_in_a_table_is_one_line(tmp_path: Path, text: str) -> None
 def test_nothing_found_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="found no clip"):
         clips.collect([str(tmp_path)])
+
+
+def test_what_is_said_of_all_clips_is_for_those_for_which_it_has_a_meaning(tmp_path: Path) -> None:
+    example = resources.folder("example")
+    both = [str(example / "beam.npz"), str(example / "beam.mp4")]
+    said = {"model": "lite", "fps": 30.0}
+    first, second = clips.collect(both, said)
+    assert (first.options, second.options) == ({"fps": 30.0}, {"fps": 30.0, "model": "lite"})
+    with pytest.raises(InputError, match="--size: has no meaning for any"):
+        clips.collect(both, {"size_px": (640, 480)})  # without a lens
+    with pytest.raises(InputError, match="--model: has no meaning for any"):
+        clips.collect(both[:1], {"model": "lite"})
+    rows = f'[[clip]]\ninput = "{both[0]}"\nname = "a"\n[[clip]]\ninput = "{both[0]}"\nperson = "2"\n'
+    (tmp_path / "night.toml").write_text('[defaults]\nperson = "1"\n' + rows, encoding="utf-8")
+    a, b = clips.collect([str(tmp_path / "night.toml")])
+    assert (a.options, b.options) == ({}, {"person": "2"})  # what a row says is refused when it is read
+    with pytest.raises(InputError, match="--person: found '2'"):
+        inputs.observe(b.job(tmp_path / "out"))

@@ -82,7 +82,7 @@ def test_reads_every_key(tmp_path: Path) -> None:
     np.testing.assert_array_equal(evidence.camera.lens.matrix_px, given_["camera_K"])
     frames = len(given_["times_s"])
     np.testing.assert_array_equal(evidence.camera.path, [given_["world_to_camera"]] * frames)
-    assert evidence.reading == "rotations, betas: in the file, not used"
+    assert evidence.reading == "rotations, betas in the file, not used"
     assert (evidence.mass_kg, evidence.height_m) == (70.0, 1.8)
 
 

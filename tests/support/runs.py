@@ -28,7 +28,7 @@ HEIGHT_M, MASS_KG, FRAME_S = 1.75, 70.0, 1 / 30
 def job_of(output: Path, **changes: Any) -> Job:
     """The job that the squat is said to be of."""
     settings: dict[str, Any] = {"plan": plans.read("quick"), "seed": 3, "threads": 1}
-    return Job("squat.npz", str(output), **(settings | changes))
+    return Job(changes.pop("input", "squat.npz"), str(output), **(settings | changes))
 
 
 @dataclass(frozen=True, eq=False)

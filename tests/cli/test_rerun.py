@@ -1,0 +1,41 @@
+"""What `simrecon rerun` asks for, without doing it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simrecon import cli, results
+from simrecon.cli import rerun
+from simrecon.job import Job
+from simrecon.pipeline import Reconstruction
+from tests.support.runs import job_of
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
+    """The jobs that would be executed."""
+    jobs: list[Job] = []
+
+    def execute(job: Job) -> int:
+        jobs.append(job)
+        return 0
+
+    monkeypatch.setattr(rerun, "execute", execute)
+    return jobs
+
+
+def test_another_reading_of_a_video_finds_its_landmarks_anew(
+    run: Reconstruction, tmp_path: Path, asked: list[Job]
+) -> None:
+    video, kept = tmp_path / "clip.mp4", tmp_path / "out.evidence.npz"
+    video.touch()
+    kept.touch()
+    out = tmp_path / "out"
+    results.write(job_of(out, input=str(video), detected=str(kept)), run)
+    for words in ([], ["--ignore", "joints"], ["--fov", "40"]):
+        cli.main(["rerun", str(out), *words])
+    same, less, anew = asked
+    assert (same.detected, less.detected) == (str(kept), str(kept))
+    assert (anew.detected, anew.sha256.detected, anew.reading.fov_deg) == (None, "", 40.0)
