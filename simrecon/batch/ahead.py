@@ -16,6 +16,7 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.forecast import Cost
 from simrecon.batch.journal import Places
+from simrecon.errors import InputError
 from simrecon.results.folder import MOTION, REPORT
 from simrecon.system import processor, signals
 
@@ -53,6 +54,7 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
         `wall_s`, `size_bytes` and `free_bytes`.
     """
     places = Places(settings.output.resolve())
+    refuse_result(settings.output)
     with signals.interruptible(), crew(settings, len(clips), uuid.uuid4().hex[:12]) as workers:
         facts = survey(workers, clips)
         failed = {name: row["message"] for name, row in facts.items() if "key" not in row}
@@ -83,6 +85,18 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
         "free_bytes": shutil.disk_usage(_existing(places.root)).free,
         "jobs": min(count, max(len(rows), 1)),
     }
+
+
+def refuse_result(folder: Path) -> None:
+    """Refuse the folder of a single result as that of a batch.
+
+    Raises:
+        InputError: it is one.
+    """
+    if (folder / REPORT).is_file() and not Places(folder).events.is_file():
+        raise InputError(
+            f"{folder}: found the result of a single run; valid: a new folder, or that of a batch"
+        )
 
 
 def survey(crew: Crew, clips: Sequence[Clip]) -> dict[str, dict[str, Any]]:

@@ -45,11 +45,13 @@ def run(
         progress: told seconds of video done and in all, and a few words.
 
     Raises:
-        InputError: the folder can't be used, another batch holds it, or there is no cluster.
+        InputError: the folder can't be used or holds a single result, another batch holds it, or there is no
+            cluster.
         SimreconError: the disk is full, or the cluster was lost; all that was solved is kept.
     """
     cluster.need()
     places = Places(settings.output.resolve())
+    ahead.refuse_result(settings.output)
     run_id = uuid.uuid4().hex[:12]
     try:
         places.root.mkdir(parents=True, exist_ok=True)

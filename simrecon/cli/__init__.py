@@ -5,17 +5,31 @@ A command is a module with a function `add(commands)`.
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 
 import simrecon
-from simrecon.cli import batch, bench, evaluate, export, picture, rerun, retarget, run, scene, weights
+from simrecon.cli import (
+    batch,
+    bench,
+    evaluate,
+    export,
+    options,
+    picture,
+    rerun,
+    retarget,
+    run,
+    scene,
+    weights,
+)
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError
 from simrecon.sim.quiet import unwarned
 
 COMMANDS = (run, rerun, retarget, export, evaluate, picture, scene, bench, batch, weights)
-EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+EXIT_FAILED, EXIT_INTERRUPTED, EXIT_PIPE = 1, 130, 141
+PURPOSE = "Reconstruct physically simulated human motion from what one camera saw."
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -26,16 +40,28 @@ def main(argv: list[str] | None = None) -> int:
 
     Returns:
         Exit status: 0 all simulated, 1 failed, 2 bad usage or input, 3 finished with frames on kinematic
-        fallback, 130 interrupted.
+        fallback, 130 interrupted, 141 nobody reads what it prints any more.
     """
-    words = sys.argv[1:] if argv is None else argv
+    try:
+        status = _status(sys.argv[1:] if argv is None else argv)
+        sys.stdout.flush()
+    except BrokenPipeError:  # of `simrecon … | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end
+        return EXIT_PIPE
+    return status
+
+
+def _status(words: list[str]) -> int:
+    """Run the command and say how it failed."""
     try:
         with unwarned():  # rollouts that diverge are expected, and counted
-            options = _parser().parse_args(words)
-            status: int = options.command(options)
-            return status
-    except SystemExit as done:  # argparse, after -h and --version
-        return int(done.code or 0)
+            parsed = _parser().parse_args(options.joined(words))
+            done: int = parsed.command(parsed)
+            return done
+    except SystemExit as end:  # argparse, after -h and --version
+        return int(end.code or 0)
+    except BrokenPipeError:
+        raise
     except KeyboardInterrupt:
         print("simrecon: interrupted, nothing was written", file=sys.stderr)
         return EXIT_INTERRUPTED
@@ -53,7 +79,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _parser() -> Parser:
-    parser = Parser(prog="simrecon", description=simrecon.__doc__, allow_abbrev=False)
+    parser = Parser(prog="simrecon", description=PURPOSE, allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"simrecon {simrecon.__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

@@ -11,16 +11,33 @@ from simrecon.errors import InputError
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are ours: one line."""
+    """A parser whose errors are ours: one line.
+
+    Attributes:
+        words: words that, as the first argument, are commands of their own, with their parsers.
+    """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self.words: dict[str, Parser] = {}
+
+    def word(self, name: str, function: Callable[[argparse.Namespace], int], purpose: str) -> Parser:
+        """A command of its own behind this one's name, beside arguments of any form."""
+        self.words[name] = Parser(prog=f"{self.prog} {name}", **_settings(purpose))
+        return _started(self.words[name], function)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Hand over to the parser of the first word, if it has one."""
+        if args and args[0] in self.words and not any(word.startswith("-o") for word in args):
+            return self.words[args[0]].parse_known_args(args[1:], namespace)
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong, and where help is."""
         raise InputError(f"{message}; `{self.prog} -h` shows what is valid")
 
 
-def command(
-    commands: Any, name: str, function: Callable[[argparse.Namespace], int], purpose: str
-) -> argparse.ArgumentParser:
+def command(commands: Any, name: str, function: Callable[[argparse.Namespace], int], purpose: str) -> Parser:
     """A command of the program.
 
     Args:
@@ -29,9 +46,16 @@ def command(
         function: runs the command with its options, returns the exit status.
         purpose: one line of help, in lower case.
     """
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name, help=purpose, description=purpose[0].upper() + purpose[1:] + ".", allow_abbrev=False
-    )
+    parser: Parser = commands.add_parser(name, help=purpose, **_settings(purpose))
+    return _started(parser, function)
+
+
+def _settings(purpose: str) -> dict[str, Any]:
+    return {"description": purpose[0].upper() + purpose[1:] + ".", "allow_abbrev": False}
+
+
+def _started(parser: Parser, function: Callable[[argparse.Namespace], int]) -> Parser:
+    """A parser that knows what it runs."""
     parser.set_defaults(command=function)
     parser.add_argument(
         "--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of an error"

@@ -32,10 +32,17 @@ def add(commands: Any) -> None:
     batch.epilog = (
         "simrecon batch status OUT shows how it stands, simrecon batch report OUT writes index.html."
     )
+    _add_words(batch)
     add_one = batch.add_argument
     add_one("inputs", metavar="INPUT", nargs="+", help="files, folders, globs, manifests (.toml, .csv)")
     add_one("-o", dest="output", metavar="OUT", help="folder of the results, which is made")
-    add_one("--jobs", type=arguments.whole(4096), default=0, metavar="N", help="clips at once [one per core]")
+    add_one(
+        "--jobs",
+        type=arguments.whole(4096),
+        default=0,
+        metavar="N",
+        help="clips at once; 0: one per core [%(default)s]",
+    )
     add_one("--scheduler", metavar="ADDRESS", help="of a dask cluster that runs, or its scheduler file")
     add_one("--scene-dir", metavar="DIR", help="NAME.toml there is the scene of the clip NAME")
     add_one("--video-dir", metavar="DIR", help="NAME.mp4 there is what the overlay of NAME is drawn on")
@@ -55,15 +62,19 @@ def add(commands: Any) -> None:
     )
     add_one("--force", action="store_true", help="redo what is done")
     add_one("--dry-run", action="store_true", help="only say what there is to do, and what it will cost")
-    add_one("--json", action="store_true", help="of status and --dry-run: print JSON")
+    add_one("--json", action="store_true", help="with --dry-run: print JSON")
     options.add(batch)
 
 
+def _add_words(batch: arguments.Parser) -> None:
+    state = batch.word("status", _status, "show how a batch stands")
+    state.add_argument("--json", action="store_true", help="print JSON")
+    report = batch.word("report", _report, "write index.html of a batch again")
+    for parser in (state, report):
+        parser.add_argument("folder", metavar="OUT", help="folder of a batch")
+
+
 def _batch(parsed: argparse.Namespace) -> int:
-    if parsed.output is None and parsed.inputs[0] in ("status", "report"):
-        if len(parsed.inputs) != 2:
-            raise InputError(f"batch {parsed.inputs[0]}: valid: one folder behind it, that of a batch")
-        return _status(parsed) if parsed.inputs[0] == "status" else _report(parsed)
     if parsed.output is None:
         raise InputError(
             "-o OUT is needed: the folder of the results; `simrecon batch -h` shows what is valid"
@@ -179,13 +190,13 @@ def _dry_run(parsed: argparse.Namespace, listed: tuple[clips.Clip, ...], setting
 
 
 def _status(parsed: argparse.Namespace) -> int:
-    state = status.read(Places(Path(parsed.inputs[1])))
-    print(json.dumps(status.table(state), indent=1) if parsed.json else status.text(state, parsed.inputs[1]))
+    state = status.read(Places(Path(parsed.folder)))
+    print(json.dumps(status.table(state), indent=1) if parsed.json else status.text(state, parsed.folder))
     return 0
 
 
 def _report(parsed: argparse.Namespace) -> int:
-    places = Places(Path(parsed.inputs[1]))
+    places = Places(Path(parsed.folder))
     try:
         print(page.write(places))
     except OSError as error:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,46 +13,67 @@ from simrecon.errors import InputError
 from simrecon.job import Job
 from simrecon.job.text import Option, options, with_options
 
+_DASHED = re.compile(r"-([xyz]$|\.?\d)")
+"""Values that begin with a dash: axes and numbers."""
+_DEFAULT = re.compile(r" \[[^]]*\]$")
+"""The end of a line of help, which says what holds without the option."""
 TITLES = {
     "": "the run",
-    "reading": "how the input is read, where it doesn't say so itself",
+    "reading": "how the input is read, where it does not say so itself",
     "person": "the person",
 }
 
 
 def add(
-    parser: argparse.ArgumentParser, *, recalls: bool = False, sections: tuple[str, ...] = tuple(TITLES)
+    parser: argparse.ArgumentParser,
+    *,
+    recalls: Callable[[str], bool] = lambda _: False,
+    sections: tuple[str, ...] = tuple(TITLES),
 ) -> None:
     """Add the options of a job; what is not given is None.
 
     Args:
         parser: of a command.
-        recalls: whether the command takes what is not given from an earlier job.
+        recalls: whether the command takes an option that is not given, by name, from an earlier job.
         sections: of the options that the command has.
     """
     groups = {section: parser.add_argument_group(TITLES[section]) for section in sections}
 
-    def default(text: str) -> str:
-        return "that of before" if recalls else text
+    def text(name: str, usual: str) -> str:
+        return f"{_DEFAULT.sub('', usual)} [as before]" if recalls(name) else usual
 
-    run = groups[""]
-    run.add_argument(
-        "--plan", metavar="PLAN", help=f"{', '.join(plan.names())}, or a path [{default('default')}]"
-    )
-    run.add_argument(
-        "--scene", metavar="FILE", help=f"floor and items (scene.toml) [{default('a floor at z = 0')}]"
-    )
-    run.add_argument(
-        "--planner",
-        choices=planners.names(),
-        help=f"what turns the kinematic fit into the reference [{default('none')}]",
-    )
-    run.add_argument(
-        "--engine", choices=engines.names(), help=f"what optimises the simulation [{default('sampling')}]"
-    )
+    if "" in groups:
+        _add_own(groups[""], text)
     for option in options():
         if option.section in groups:
-            _add(groups[option.section], option)
+            _add(groups[option.section], option, text(option.name, option.rules["help"]))
+
+
+def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
+    """The options that are read from files or chosen by name."""
+    plans = f"{', '.join(plan.names())}, or a path [default]"
+    run.add_argument("--plan", metavar="PLAN", help=text("plan", plans))
+    room = "floor and items (scene.toml) [a floor at z = 0]"
+    run.add_argument("--scene", metavar="FILE", help=text("scene", room))
+    reference = "what turns the kinematic fit into the reference [none]"
+    run.add_argument("--planner", choices=planners.names(), help=text("planner", reference))
+    optimiser = "what optimises the simulation [sampling]"
+    run.add_argument("--engine", choices=engines.names(), help=text("engine", optimiser))
+
+
+def joined(words: Sequence[str]) -> list[str]:
+    """Words of a command line, with `--up -y` as `--up=-y` and `--betas -1,2` as `--betas=-1,2`.
+
+    argparse takes a value that begins with a dash for an option.
+    """
+    flags = {option.flag for option in options() if not option.is_switch}
+    found: list[str] = []
+    for word in words:
+        if found and found[-1] in flags and _DASHED.match(word):
+            found[-1] += f"={word}"
+        else:
+            found.append(word)
+    return found
 
 
 def given(parsed: argparse.Namespace) -> dict[str, Any]:
@@ -80,11 +102,9 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     return with_options(replace(job, **changes), given(parsed))
 
 
-def _add(group: Any, option: Option) -> None:
+def _add(group: Any, option: Option, text: str) -> None:
     if option.is_switch:
-        group.add_argument(
-            option.flag, dest=option.name, action="store_true", default=None, help=option.rules["help"]
-        )
+        group.add_argument(option.flag, dest=option.name, action="store_true", default=None, help=text)
         return
     choices = option.key.choices
     plain_choice = bool(choices) and option.rules.get("metavar") is None
@@ -94,7 +114,7 @@ def _add(group: Any, option: Option) -> None:
         type=str if plain_choice else _reader(option),
         choices=choices if plain_choice else None,
         metavar=option.rules.get("metavar"),
-        help=option.rules["help"],
+        help=text,
     )
 
 

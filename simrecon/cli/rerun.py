@@ -25,7 +25,7 @@ def add(commands: Any) -> None:
     rerun.add_argument("result", metavar="OUT", help="result folder to start from")
     rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder [OUT, which is replaced]")
     rerun.add_argument("--input", metavar="FILE", help="the input, if it is not where it was")
-    options.add(rerun, recalls=True)
+    options.add(rerun, recalls=lambda _: True)
 
 
 def _rerun(parsed: argparse.Namespace) -> int:

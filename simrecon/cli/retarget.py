@@ -22,7 +22,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "-o", dest="output", metavar="NEW", required=True, help="result folder, which is made"
     )
-    options.add(parser, recalls=True, sections=("", "person"))
+    options.add(parser, recalls=lambda name: name in ("plan", "scene"), sections=("", "person"))
 
 
 def _retarget(parsed: argparse.Namespace) -> int:

@@ -125,7 +125,7 @@ class Person:
     betas: tuple[float, ...] | None = option(
         None,
         metavar="B,…",
-        text="shape parameters, the first ones; --betas=-1,… if the first is negative [as measured]",
+        text="shape parameters, the first ones [as measured]",
     )
     body_model: str | None = option(
         None, file=True, metavar="FILE", text="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]"

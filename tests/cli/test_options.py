@@ -87,3 +87,23 @@ def test_what_is_not_given_stays() -> None:
     assert after.reading == Reading(fps=25.0, up="z")
     assert after.person == Person(betas=(1.0,), height_m=1.8)
     assert (after.plan, after.seed) == (before.plan, 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "value"),
+    [(["--up", "-y"], "up", "-y"), (["--betas", "-1,2"], "betas", (-1.0, 2.0)), (["--up", "y"], "up", "y")],
+)
+def test_a_value_may_begin_with_a_dash(words: list[str], name: str, value: Any) -> None:
+    parsed = cli._parser().parse_args(options.joined(["run", "clip.npz", "-o", "out", *words]))
+    assert getattr(parsed, name) == value
+    with pytest.raises(InputError, match="--up"):
+        cli._parser().parse_args(options.joined(["run", "clip.npz", "--up", "-o", "out"]))
+
+
+def test_what_a_command_recalls_is_as_before() -> None:
+    again, moved = flags("rerun"), flags("retarget")
+    for flag in ("--plan", "--scene", "--planner", "--seed", "--video", "--fps", "--up"):
+        assert str(again[flag].help).endswith(" [as before]"), flag
+    assert str(moved["--scene"].help).endswith(" [as before]")
+    assert str(moved["--seed"].help).endswith(" [0]")
+    assert str(flags("run")["--seed"].help).endswith(" [0]")

@@ -87,6 +87,8 @@ def test_cache_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def test_missing_weights_name_the_one_command(cache: Path) -> None:
     with pytest.raises(InputError, match=r"\(heavy\) are not there; fetch them: simrecon models fetch$"):
         weights.find("heavy")
+    with pytest.raises(InputError, match=r"\(lite\) are not there; fetch them: simrecon models fetch lite$"):
+        weights.find("lite")
     assert not cache.exists()
 
 

@@ -14,6 +14,8 @@ from pathlib import Path
 from simrecon.errors import InputError
 
 MODELS = ("heavy", "full", "lite")
+BY_NAME = ("lite",)
+"""Models that are fetched only where they are named."""
 COMMAND = "simrecon models fetch"
 
 
@@ -117,10 +119,11 @@ def find(name: str) -> tuple[Path, str]:
     """
     one = entry(name)
     path, status = folder() / one.file, state(one)
+    command = f"{COMMAND} {name}" if name in BY_NAME else COMMAND
     if status == "missing":
-        raise InputError(f"{path}: the weights of BlazePose ({name}) are not there; fetch them: {COMMAND}")
+        raise InputError(f"{path}: the weights of BlazePose ({name}) are not there; fetch them: {command}")
     if status == "damaged":
-        raise InputError(f"{path}: found other content than its SHA-256 says; fetch it again: {COMMAND}")
+        raise InputError(f"{path}: found other content than its SHA-256 says; fetch it again: {command}")
     stat = path.stat()
     return path, _digest(path, stat.st_mtime_ns, stat.st_size)
 
