@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from simrecon.cli import arguments
+from simrecon.cli import arguments, observing
 from simrecon.errors import InputError
 from simrecon.evaluation import scores, table
 from simrecon.io import atomic
@@ -28,6 +28,7 @@ def add(commands: Any) -> None:
         metavar="N",
         help="of the intervals [%(default)s]",
     )
+    observing.add(score, observing.READING)
 
 
 def _eval(options: argparse.Namespace) -> int:
@@ -36,7 +37,9 @@ def _eval(options: argparse.Namespace) -> int:
             f"found both EVIDENCE ({options.evidence}) and --input ({options.input}); valid: one"
         )
     seen = options.input if options.evidence is None else options.evidence
-    scored = scores.score(options.result, options.truth, seen, seed=options.seed)
+    asked = observing.job(options, seen)
+    estimate = observing.observe(asked) if asked.input else None
+    scored = scores.score(options.result, options.truth, estimate, seed=options.seed)
     content = json.dumps(scored.as_dict(), indent=1)
     if options.output is not None:
         with atomic.reported(options.output):

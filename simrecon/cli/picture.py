@@ -27,7 +27,8 @@ def add(commands: Any) -> None:
 def _picture(options: argparse.Namespace) -> int:
     folder = Path(options.result).resolve()
     target = Path(options.output or folder.with_name(f"{folder.name}.png"))
-    frames = picture.write(options.result, target, options.at)
-    print(f"frames    {', '.join(map(str, frames))}")
+    pairs = zip(picture.write(options.result, target, options.at), options.at, strict=True)
+    shown = (f"{frame} ({word if word in picture.WORDS else f'at {word} s'})" for frame, word in pairs)
+    print(f"frames    {', '.join(shown)}; the first one of the clip is 0")
     print(f"written   {target}")
     return 0

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import scene as scenes
-from simrecon.cli import arguments, scene_motion
+from simrecon.cli import arguments, observing, scene_motion
 from simrecon.cli.scene_motion import listed
 from simrecon.errors import InputError
-from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io import toml
 from simrecon.io.messages import hint
 from simrecon.io.values import value_of
@@ -67,12 +66,12 @@ def add(commands: Any) -> None:
     propose = arguments.command(
         actions, "suggest", scene_motion.propose, "suggest supports that the motion needs"
     )
-    propose.add_argument("evidence", metavar="EVIDENCE", help="evidence (.npz, see docs/formats.md)")
+    propose.add_argument("evidence", metavar="EVIDENCE", help="as the INPUT of simrecon run")
     propose.add_argument("--scene", metavar="FILE", help="what is known already [a floor at z = 0]")
     propose.add_argument(
         "-o", dest="output", metavar="FILE", help="accept: write scene and suggestions there"
     )
-    _person(propose)
+    observing.add(propose)
 
 
 def _action(
@@ -89,12 +88,7 @@ def _settings(parser: argparse.ArgumentParser, meaning: str, count: str = "*") -
 
 def _motion(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("evidence", metavar="EVIDENCE", nargs="?", help="the motion to draw or check")
-    _person(parser)
-
-
-def _person(parser: argparse.ArgumentParser) -> None:
-    for key, bounds, unit in (("height-m", HEIGHT_RANGE_M, "M"), ("mass-kg", MASS_RANGE_KG, "KG")):
-        parser.add_argument(f"--{key}", type=arguments.number(bounds), metavar=unit, help="of the person")
+    observing.add(parser)
 
 
 def _help(_: argparse.Namespace) -> int:

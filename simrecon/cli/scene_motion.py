@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
-from simrecon import evidence, kinematics, plan
+from simrecon import kinematics, plan
 from simrecon import scene as scenes
-from simrecon.body import names
+from simrecon.cli import observing
 from simrecon.drawing import stage, video
 from simrecon.errors import InputError
 from simrecon.evidence import resample
+from simrecon.job import Job, inputs
 from simrecon.scene import check, edit, files, meshes, sheets, suggest
 from simrecon.sim.address import with_items_at_rest
 from simrecon.sim.models import compile_text
@@ -24,19 +24,16 @@ LEAST_DEPTH_M = 0.005
 def check_motion(options: argparse.Namespace) -> int:
     """Check the file, and what the kinematic motion goes through."""
     scene = scenes.read(options.file)
+    asked = observing.job(options, options.evidence)
     print(listed(scene))
-    if options.evidence is None:
+    if not asked.input:
         return 0
-    fit = _fitted(options, scene)
+    fit = _fitted(asked, observing.observe(asked), scene)
     frame_s = float(fit.times_s[1] - fit.times_s[0])
     model = compile_text(scenes.build(fit.body.mjcf, scenes.hard_floor(scene), frame_s))
     entries = check.penetrations(model, scene, with_items_at_rest(model, fit.qpos))
     deep = [entry for entry in entries if entry.depth_m.max() > LEAST_DEPTH_M]
-    print(
-        f"\nkinematic motion, {len(fit.qpos)} frames: goes more than {1e3 * LEAST_DEPTH_M:.0f} mm into",
-        end=" ",
-    )
-    print("nothing" if not deep else f"{len(deep)} of {len(scene.items) + 1}")
+    print(f"\nkinematic motion, {len(fit.qpos)} frames: {_found(len(deep), len(scene.items))}")
     for entry in deep:
         worst = entry.deepest
         spans = entry.spans(LEAST_DEPTH_M)
@@ -48,10 +45,20 @@ def check_motion(options: argparse.Namespace) -> int:
     return 0
 
 
+def _found(deep: int, items: int) -> str:
+    """Into how many of the ground and the items a motion goes, in words."""
+    depth = f"more than {1e3 * LEAST_DEPTH_M:.0f} mm deep"
+    things = "the ground" + (f" and {items} item{'s' if items > 1 else ''}" if items else "")
+    if not deep:
+        return f"nowhere {depth} in {things}"
+    return f"{depth} in {deep} of {items + 1} ({things})" if items else f"{depth} in the ground"
+
+
 def show(options: argparse.Namespace) -> int:
     """Draw scene and motion."""
     scene = scenes.read(options.file)
-    fit = None if options.evidence is None else _fitted(options, scene)
+    asked = observing.job(options, options.evidence)
+    fit = _fitted(asked, observing.observe(asked), scene) if asked.input else None
     path = Path(options.output or Path(options.file).with_suffix(".png"))
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: is no .png; valid: a name that ends in .png")
@@ -64,14 +71,15 @@ def show(options: argparse.Namespace) -> int:
 def propose(options: argparse.Namespace) -> int:
     """Suggest supports that the motion needs."""
     scene = scenes.read(options.scene) if options.scene else Scene()
-    seen = evidence.read(options.evidence)
-    metric = options.height_m is not None or seen.height_m is not None or seen.joints_frame == "world"
+    asked = observing.job(options, options.evidence)
+    seen = observing.observe(asked)
+    metric = seen.height_m is not None or seen.joints_frame == "world"
     if not metric:
         print(
             "# the person's height is not given, and one camera can't tell small and near from tall and far:"
         )
         print("# only seats can be found, not beams and steps under the feet; --height-m helps")
-    fit = _floating(options, scene) if metric else _fitted(options, scene)
+    fit = _floating(asked, seen, scene) if metric else _fitted(asked, seen, scene)
     suggestions = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
     for entry in suggestions:
         spans = ", ".join(f"{a}-{b}" for a, b in entry.spans)
@@ -89,26 +97,16 @@ def propose(options: argparse.Namespace) -> int:
     return 0
 
 
-def _fitted(options: argparse.Namespace, scene: Scene) -> KinematicFit:
+def _fitted(asked: Job, seen: Evidence, scene: Scene) -> KinematicFit:
     """Kinematic fit to the evidence as `run` makes it."""
-    return kinematics.fit(_uniform(options), scene, plan.read(PLAN).kinematics)
+    shape = inputs.shape_of(asked.person)
+    return kinematics.fit(resample(seen)[0], scene, plan.read(PLAN).kinematics, shape)
 
 
-def _floating(options: argparse.Namespace, scene: Scene) -> KinematicFit:
+def _floating(asked: Job, seen: Evidence, scene: Scene) -> KinematicFit:
     """Kinematic fit in which nothing but their size in the image says how far off the feet are."""
     weights = kinematics.floating(plan.read(PLAN).kinematics)
-    return kinematics.fit_to_stature(_uniform(options), scene, weights)
-
-
-def _uniform(options: argparse.Namespace) -> Evidence:
-    """The evidence on a uniform time grid, with the height and mass of the options."""
-    seen = evidence.read(options.evidence)
-    evidence.check_names(seen, names.valid_names(), options.evidence)
-    if options.height_m is not None:
-        seen = replace(seen, height_m=options.height_m)
-    if options.mass_kg is not None:
-        seen = replace(seen, mass_kg=options.mass_kg)
-    return resample(seen)[0]
+    return kinematics.fit_to_stature(resample(seen)[0], scene, weights, inputs.shape_of(asked.person))
 
 
 def listed(scene: Scene) -> str:

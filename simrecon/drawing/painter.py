@@ -64,7 +64,7 @@ class Painter:
             scores = np.ones(clip.keypoints_px.shape[1]) if clip.scores is None else clip.scores[frame]
             canvas.dots(image, view.pixels(clip.keypoints_px[frame]), scores)
         if caption is None:
-            caption = f"{frame + 1}/{len(clip.times_s)}   {clip.times_s[frame]:.2f} s"
+            caption = f"frame {frame}   {clip.times_s[frame]:.2f} s"
         canvas.label(image, caption, 0, canvas.LIGHT)
         if clip.status is not None and clip.status[frame] != 0:
             canvas.label(image, "not simulated: kinematic fallback", 1, _FALLBACK)

@@ -26,14 +26,19 @@ OF_POSE = ("mpjpe_mm", "mpjpe_pa_mm", "pck_pct")
 
 
 def score(
-    folder: Path | str, truth: Path | str, seen: Path | str | None = None, *, seed: int | None = 0
+    folder: Path | str,
+    truth: Path | str,
+    seen: Evidence | Path | str | None = None,
+    *,
+    seed: int | None = 0,
 ) -> Table:
     """Scores of a result, of what it was made from and follows, of other methods, and of the reference.
 
     Args:
         folder: of the result.
         truth: the reference, `simrecon.truth/1`.
-        seen: the evidence; its 3D joints are scored as they are in the world, and as poses otherwise.
+        seen: the evidence, or its file; its 3D joints are scored as they are in the world, and as poses
+            otherwise.
         seed: of the bootstrap; None leaves the intervals out.
 
     Returns:
@@ -103,11 +108,13 @@ def _of_result(result: simulated.Simulated, motion: Track, on: Comparison) -> Sc
     return _of_joints(motion, on) | shape | forced
 
 
-def _others(reference: Truth, target: Track, seen: Path | str | None, on: Comparison) -> dict[str, Scores]:
+def _others(
+    reference: Truth, target: Track, seen: Evidence | Path | str | None, on: Comparison
+) -> dict[str, Scores]:
     """Scores of the input, of other methods, and of the reference."""
     rows: dict[str, Scores] = {}
     if seen is not None:
-        estimate = evidence.read(seen)
+        estimate = seen if isinstance(seen, Evidence) else evidence.read(seen)
         if estimate.joint_names:
             rows[INPUT] = _of_input(estimate, on)
     for name, peer in reference.peers.items():

@@ -10,7 +10,9 @@ from simrecon.plan import Kinematics
 from simrecon.types import Evidence, KinematicFit, Scene
 
 
-def fit_to_stature(evidence: Evidence, scene: Scene, plan: Kinematics) -> KinematicFit:
+def fit_to_stature(
+    evidence: Evidence, scene: Scene, plan: Kinematics, request: bodies.ShapeRequest | None = None
+) -> KinematicFit:
     """`fit`, repeated so that the body has the stature of the evidence.
 
     The fit holds the stature to first order in the logarithms of the lengths (`terms.shared.Size`). Where the
@@ -22,13 +24,14 @@ def fit_to_stature(evidence: Evidence, scene: Scene, plan: Kinematics) -> Kinema
         evidence: on a uniform time grid; without a stature this is `fit`.
         scene: what the person may touch.
         plan: weights and scales.
+        request: the body's shape, as `fit` takes it.
 
     Raises:
         InputError: as `fit`.
     """
-    first = fit(evidence, scene, plan)
+    first = fit(evidence, scene, plan, request)
     if evidence.height_m is None:
         return first
     taller = bodies.stature_m(first.body.skeleton) / evidence.height_m
-    again = fit(replace(evidence, height_m=evidence.height_m / taller), scene, plan)
+    again = fit(replace(evidence, height_m=evidence.height_m / taller), scene, plan, request)
     return replace(again, body=replace(again.body, height_m=evidence.height_m))

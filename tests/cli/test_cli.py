@@ -289,6 +289,10 @@ def test_eval_prints_every_score_with_its_definition(
         assert found["result"][ours] == pytest.approx(own[theirs]), ours
     assert cli.main([*given, "--input", given[3]]) == 2
     assert "valid: one" in capsys.readouterr().err
+    assert cli.main([*given, "--fps", "15", "--json"]) == 0
+    assert "read as simrecon evidence: 15 Hz as given" in capsys.readouterr().err
+    assert cli.main([*given[:3], "--fps", "15"]) == 2
+    assert "--fps: found no EVIDENCE" in capsys.readouterr().err
 
 
 def test_evidence_outside_the_world_has_scores_of_poses_only(

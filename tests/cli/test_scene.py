@@ -15,7 +15,9 @@ import pytest
 from simrecon import cli, evidence, kinematics, pipeline, resources, results, running, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.types import Ground, Motion, Scene
+from simrecon.cli import scene_motion
+from simrecon.errors import InputError
+from simrecon.types import Evidence, Ground, Motion, Scene
 
 FIRST_LINE = "ground           height_m 0.0, friction 0.9"
 
@@ -152,6 +154,7 @@ def test_check_tells_what_the_motion_goes_through(
     capsys.readouterr()
     assert run("check", file, str(clip)) == 0
     out = capsys.readouterr().out
+    assert re.search(r"more than 5 mm deep in \d of 2 \(the ground and 1 item\)$", out, flags=re.M)
     plate = next(line for line in out.splitlines() if line.startswith("plate") and " mm at " in line)
     assert "_foot" in plate
     assert 30 <= float(plate.split()[1]) <= 90
@@ -169,6 +172,43 @@ def test_suggest_accepts_into_a_file(clip: Path, tmp_path: Path, capsys: pytest.
     assert len(found.items) == out.count("[[item]]")
     assert cli.main(["scene", "suggest", str(clip)]) == 0
     assert "only seats can be found" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("deep", "items", "words"),
+    [
+        (0, 0, "nowhere more than 5 mm deep in the ground"),
+        (0, 3, "nowhere more than 5 mm deep in the ground and 3 items"),
+        (1, 0, "more than 5 mm deep in the ground"),
+        (1, 3, "more than 5 mm deep in 1 of 4 (the ground and 3 items)"),
+    ],
+)
+def test_what_a_motion_goes_through_is_counted(deep: int, items: int, words: str) -> None:
+    assert scene_motion._found(deep, items) == words
+
+
+def test_a_scene_looks_at_the_input_as_a_run_does(
+    clip: Path, file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Evidence, Any]] = []
+
+    def fit(seen: Evidence, *rest: Any) -> None:
+        asked.append((seen, rest[-1]))
+        raise InputError("enough")
+
+    monkeypatch.setattr(kinematics, "fit", fit)
+    said = [str(clip), "--fps", "30", "--fov", "40", "--height-m", "1.7", "--betas", "-1"]
+    for words in (["suggest", *said], ["show", str(file), *said], ["check", str(file), *said]):
+        assert cli.main(["scene", *words]) == 2
+        assert "read as simrecon evidence: 30 Hz as given; lens: --fov 40" in capsys.readouterr().err
+    for seen, shape in asked:
+        assert (seen.height_m, shape.betas[0]) == (1.7, -1.0)
+        assert float(np.diff(seen.times_s).mean()) == pytest.approx(1 / 30)
+    assert len(asked) == 3
+    assert run("show", file, "--fov", "40") == 2
+    assert "--fov: found no EVIDENCE" in capsys.readouterr().err
+    assert run("check", file, str(clip), "--person", "2") == 2
+    assert "--person: found '2'" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -34,8 +34,10 @@ def test_frames_by_time_and_by_what_happens(run: Any) -> None:
 
 def test_the_command_draws_forces(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["picture", str(folder), "--at", "0.1", "hardest"]) == 0
+    time, hard = (picture.frame(results.read_motion(folder), word) for word in ("0.1", "hardest"))
+    assert f"frames    {time} (at 0.1 s), {hard} (hardest); " in (shown := capsys.readouterr().out)
     target = folder.with_suffix(".png")
-    assert str(target) in capsys.readouterr().out
+    assert str(target) in shown
     image = cv2.imread(str(target))
     assert image is not None
     yellow = (image[..., 0] < 90) & (image[..., 1] > 200) & (image[..., 2] > 200)  # the arrows

@@ -1,0 +1,57 @@
+"""The input of commands that read evidence without a run, with the options by which `run` would read it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from simrecon.cli import options
+from simrecon.cli.stages import Stages
+from simrecon.errors import InputError
+from simrecon.job import Job, inputs
+from simrecon.job.text import options as job_options
+from simrecon.job.text import with_options
+from simrecon.types import Evidence
+
+READING = ("reading",)
+READING_AND_PERSON = ("reading", "person")
+
+
+def add(parser: argparse.ArgumentParser, sections: tuple[str, ...] = READING_AND_PERSON) -> None:
+    """Add the options by which evidence is read; what is not given is None.
+
+    Args:
+        parser: of a command.
+        sections: of the options of a job that the command has.
+    """
+    options.add(parser, sections=sections)
+    parser.add_argument("--video", metavar="FILE", help="of the input: for its frame rate and image size")
+
+
+def job(parsed: argparse.Namespace, path: str | None) -> Job:
+    """The job of reading an input, with what was said of it and of the person.
+
+    Raises:
+        InputError: there is no input for the options that were given.
+    """
+    given = options.given(parsed)
+    if path is None:
+        flags = [option.flag for option in job_options() if option.name in given and option.section]
+        if flags or parsed.video is not None:
+            raise InputError(f"{', '.join(flags or ['--video'])}: found no EVIDENCE for it; valid: name one")
+        return Job("", "")
+    own = {option.name for option in job_options() if option.section or option.name == "video"}
+    return with_options(Job(path, ""), {name: value for name, value in given.items() if name in own})
+
+
+def observe(asked: Job) -> Evidence:
+    """Read the evidence, and say on stderr how it was read.
+
+    Raises:
+        InputError: it can't be read that way.
+    """
+    with Stages() as stages:
+        seen = inputs.observe(asked, lambda done, total: stages.stage("landmarks", done, total))
+    for line in seen.reading.splitlines():
+        print(f"read as {line}", file=sys.stderr)
+    return seen
