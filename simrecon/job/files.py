@@ -103,12 +103,16 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
 
 
 def _plan(table: Any, path: Path | str, folder: Path) -> plans.Plan:
-    """A plan that stands in the file, or that a name or a path names."""
+    """A plan that a name or a path names, or that stands in the file; what it leaves out has its default."""
     if isinstance(table, str):
         own = folder / table
         return plans.read(own if own.is_file() else table)
     if not isinstance(table, dict):
         raise InputError(f"{path}: plan is {table!r}; valid: a table, or the name of a plan")
-    inside = dict(table)
-    name = str(inside.pop("name", ""))
-    return replace(plans.build(inside, f"{path}: [plan]"), name=name)
+    inside, usual = dict(table), plans.read("default")
+    name = str(inside.pop("name", "" if table else usual.name))
+    content = {**plans.to_dict(usual), **inside}
+    for section, values in plans.to_dict(usual).items():
+        if isinstance(values, dict) and isinstance(content[section], dict):
+            content[section] = {**values, **content[section]}
+    return replace(plans.build(content, f"{path}: [plan]"), name=name)

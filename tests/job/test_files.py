@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+import textwrap
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from simrecon import job as jobs
 from simrecon import plan as plans
-from simrecon import resources
+from simrecon import resources, running
 from simrecon.errors import InputError
 from simrecon.job import Hashes, Job, Person, Reading, request
 from simrecon.job.files import with_paths
 from simrecon.types import Ground, Scene, SceneItem
+from tests.conftest import CHECKOUT
 
 
 @pytest.fixture
@@ -144,3 +149,40 @@ def test_the_identity_holds_nothing_else(job: Job, tmp_path: Path) -> None:
 
 def test_hashes_of_a_job_without_files_are_empty() -> None:
     assert request.hashes(Job("none.npz", "out", plan=plans.read("quick"))) == Hashes()
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (CHECKOUT / "docs" / "formats.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r'(?m)^    schema = "simrecon\.job/1"\n(?:    .*\n|\n)*', page)
+    (tmp_path / "job.toml").write_text(textwrap.dedent(block), encoding="utf-8")
+    example = resources.folder("example")
+    for name in ("clip.npz", "clip.mp4"):
+        shutil.copy(example / name.replace("clip", "beam"), tmp_path / name)
+    lens = "image_size_px = [1080, 1920]\nfocal_px = 1600\ncentre_px = [540, 960]\n"
+    (tmp_path / "lens.toml").write_text(lens, encoding="utf-8")
+    begun: list[Any] = []
+
+    def reconstruct(*given: Any) -> None:
+        begun.extend(given)
+        raise InputError("enough")
+
+    monkeypatch.setattr(running, "reconstruct", reconstruct)
+    with pytest.raises(InputError, match="enough"):
+        running.run(jobs.read(tmp_path / "job.toml"))
+    seen, scene, plan, _ = begun
+    assert (seen.height_m, seen.camera.lens.matrix_px[0, 0]) == (1.75, 1600)
+    assert (scene.items, plan) == ((), plans.read("default"))
+    assert plan.name == "default"
+
+
+def test_what_a_plan_in_a_job_leaves_out_has_its_default(tmp_path: Path) -> None:
+    text = 'schema = "simrecon.job/1"\ninput = "clip.npz"\noutput = "out"\n'
+    file = tmp_path / "job.toml"
+    file.write_text(text + "[plan.optimiser]\ngenerations = 7\n", encoding="utf-8")
+    usual = plans.read("default")
+    own = jobs.read(file).plan
+    assert own == replace(usual, optimiser=replace(usual.optimiser, generations=7))
+    assert own.name == ""
+    file.write_text(text + "[plan.optimiser]\ngeneration = 7\n", encoding="utf-8")
+    with pytest.raises(InputError, match="'generation'"):
+        jobs.read(file)
