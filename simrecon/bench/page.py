@@ -67,7 +67,7 @@ def replaced(text: str, name: str, section: str) -> str:
 
 
 def _targets(rows: Sequence[Row]) -> list[str]:
-    lines = ["| target | must | reach for | worst clip |", "|---|---|---|---|"]
+    lines = ["| target | must | goal | worst clip |", "|---|---|---|---|"]
     for target in rows:
         cells = [
             target["text"],
@@ -92,13 +92,11 @@ def _checks(rows: Sequence[Row]) -> list[str]:
 def _bounds(target: Row, level: str) -> str:
     if not target[level]:
         return MISSING
-    parts = [f"{b['measure'].replace('_', ' ')} {_digits(b['value'])} ({b['limit']})" for b in target[level]]
+    parts = [
+        f"{b['measure'].replace('_', ' ')} {b['shown'] or MISSING} ({b['limit']})" for b in target[level]
+    ]
     verdict = {True: "**met**", False: "**missed**", None: "not measured"}[target[f"met_{level}"]]
     return f"{verdict}: {', or '.join(parts)}"
-
-
-def _digits(value: float | None) -> str:
-    return MISSING if value is None else f"{value:.3g}"
 
 
 def _made_on(content: Row) -> str:

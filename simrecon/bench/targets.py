@@ -11,13 +11,17 @@ import numpy as np
 from simrecon.bench.rows import Row, mean, over_seeds
 from simrecon.bench.schema import Bound, Suite, Target
 
+Values = np.ndarray[Any, Any]
+"""Of a score, by clip; NaN where it is not known."""
+LEAST_DIGITS, MOST_DIGITS = 3, 15
+
 
 def verdicts(suite: Suite, runs: Sequence[Row]) -> list[Row]:
     """What each target comes to, with the first variant.
 
     Returns:
-        `text`, `must`, `reach` (each a list of `measure`, `limit`, `value`, `met`), `met_must`, `met_reach`
-        (None without bounds or values) and `worst_clip`.
+        `text`, `must`, `reach` (each a list of `measure`, `limit`, `value`, `shown`, `met`), `met_must`,
+        `met_reach` (None without bounds or values) and `worst_clip`, by the measure of the first bound.
     """
     return [_target(suite, target, runs) for target in suite.target]
 
@@ -35,12 +39,23 @@ def _target(suite: Suite, target: Target, runs: Sequence[Row]) -> Row:
         known = [bound["met"] for bound in judged if bound["met"] is not None]
         row[level] = judged
         row[f"met_{level}"] = any(known) if known else None
-    if np.isfinite(own).any():
-        row["worst_clip"] = clips[int(np.nanargmax(own))]
+    first = next(iter((*target.must, *target.reach)), None)
+    badness = np.full(len(clips), math.nan) if first is None else _badness(first, own, other)
+    if np.isfinite(badness).any():
+        row["worst_clip"] = clips[int(np.nanargmax(badness))]
     return row
 
 
-def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Row:
+def _badness(bound: Bound, own: Values, other: Values) -> Values:
+    """How near each clip comes to breaking a bound, the greater the worse; NaN where it has no value."""
+    values = own
+    if bound.measure in ("ratio", "worst_ratio"):
+        known = np.isfinite(own) & np.isfinite(other) & (other > 0)
+        values = np.where(known, own / np.where(known, other, 1.0), math.nan)
+    return values if bound.at_most is not None else -values
+
+
+def _judge(bound: Bound, own: Values, other: Values) -> Row:
     """A bound's value over clips, and whether it is met."""
     both = np.isfinite(own) & np.isfinite(other) & (other > 0)
     known, ratios = own[np.isfinite(own)], own[both] / other[both]
@@ -54,14 +69,21 @@ def _judge(bound: Bound, own: np.ndarray[Any, Any], other: np.ndarray[Any, Any])
     measured = float(measures[bound.measure])
     limits = [f"≤ {bound.at_most:g}"] if bound.at_most is not None else []
     limits += [f"≥ {bound.at_least:g}"] if bound.at_least is not None else []
-    met = None
-    if math.isfinite(measured):
-        low = -math.inf if bound.at_least is None else bound.at_least
-        high = math.inf if bound.at_most is None else bound.at_most
-        met = bool(low <= measured <= high)
+    low = -math.inf if bound.at_least is None else bound.at_least
+    high = math.inf if bound.at_most is None else bound.at_most
+    met = bool(low <= measured <= high) if math.isfinite(measured) else None
     return {
         "measure": bound.measure,
         "limit": " and ".join(limits),
         "value": measured if math.isfinite(measured) else None,
+        "shown": _shown(measured, low, high),
         "met": met,
     }
+
+
+def _shown(value: float, low: float, high: float) -> str | None:
+    """A value with as many digits as tell on which side of its limits it lies; None where it is not known."""
+    if not math.isfinite(value):
+        return None
+    texts = [f"{value:.{digits}g}" for digits in range(LEAST_DIGITS, MOST_DIGITS + 1)]
+    return next((t for t in texts if (low <= float(t) <= high) == (low <= value <= high)), texts[-1])

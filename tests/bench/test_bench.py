@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -357,6 +358,32 @@ def test_targets(measure: str, value: float) -> None:
     assert found["worst_clip"] == "b"
     (empty,) = targets.verdicts(given, [])
     assert empty["met_must"] is None
+
+
+@pytest.mark.parametrize(
+    ("bound", "worst"),
+    [
+        (schema.Bound("mean", at_most=1.0), "large"),
+        (schema.Bound("worst_ratio", at_most=1.0), "rises"),
+        (schema.Bound("ratio", at_most=1.0), "rises"),
+        (schema.Bound("least", at_least=1.0), "small"),
+    ],
+)
+def test_the_worst_clip_is_that_of_the_bound(bound: schema.Bound, worst: str) -> None:
+    clips = tuple(schema.Clip(name, "e", "t") for name in ("large", "rises", "small", "alone"))
+    target = schema.Target("t", "mpjpe_g_mm", must=(bound,))
+    given = schema.Suite("p", "quick", (0,), clips, (), target=(target,))
+    rows = [row("large", 40, 30), row("rises", 5, 10), row("small", 8, 4), row("alone", math.nan, 20)]
+    (found,) = targets.verdicts(given, rows)
+    assert found["worst_clip"] == worst
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "shown"),
+    [(1.0004, 1.0, "1.0004"), (0.9999, 1.0, "1"), (1.5, 1.0, "1.5"), (1.0, 1.0, "1")],
+)
+def test_a_value_has_the_digits_that_show_whether_it_is_met(value: float, limit: float, shown: str) -> None:
+    assert targets._shown(value, -math.inf, limit) == shown
 
 
 def test_what_a_variant_changes() -> None:
