@@ -52,8 +52,8 @@ def run(
         InputError: something that the job names can't be used; nothing was written.
         SimreconError: the job failed.
     """
-    results.check_writable(job.output)
     _check_files(job)
+    results.check_writable(job.output)
     with unwarned():
         sources = _sources(job, observer)
         job = replace(sources.job, sha256=request.hashes(sources.job))
@@ -89,6 +89,9 @@ class _Sources:
 
 
 def _check_files(job: Job) -> None:
+    source = job.detected or job.input
+    if not Path(source).exists():
+        raise InputError(f"{source}: can't be read (there is no such file); give an existing file")
     if names := request.changed(job):
         files = {"input": job.input, "keypoints": job.reading.keypoints, "start": job.start}
         first = files.get(names[0]) or names[0]

@@ -42,6 +42,5 @@ class Stages(Observer):
 
     def _finish(self) -> None:
         if self._bar is not None:
-            self._bar.update(self._total)
-            self._bar.__exit__(None, None, None)
+            self._bar.end(self._total)
         self._bar, self._stage = None, ""

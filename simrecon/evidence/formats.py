@@ -144,10 +144,20 @@ def _reader(content: Content, name: str | None) -> Reader:
             raise content.fail("--format", f"content that is not {chosen.title}'s", "another format, or none")
         return chosen
     chosen = next((reader for reader in READERS if reader.matches(content)), None)
+    if chosen is None and content.kind == "folder":
+        raise _folder(content)
     if chosen is None:
         titles = ", ".join(reader.title for reader in READERS if reader.name != "mot")
         raise content.fail("format", f"{_seen(content)} of no known format", titles)
     return chosen
+
+
+def _folder(content: Content) -> InputError:
+    if (content.path / "report.json").is_file():
+        valid = "what it was made from; `simrecon rerun` and `simrecon export` begin with a result"
+        return content.fail("format", "the result of a run", valid)
+    valid = "a file, or a folder of OpenPose's JSON files; `simrecon batch` takes a folder of clips"
+    return content.fail("format", "a folder of no known format", valid)
 
 
 def _seen(content: Content) -> str:

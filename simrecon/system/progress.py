@@ -70,8 +70,13 @@ class Progress:
         """
         self._done, self._note = done, note
         now = self._clock()
-        if now - self._shown_s >= self._interval_s:
+        if now - self._shown_s >= self._interval_s and (self._terminal or done < self._total):
             self._show(now)
+
+    def end(self, done: float) -> None:
+        """Write the last state, that so much was done, without a line of its own for the time left."""
+        self._done, self._note = done, ""
+        self.__exit__(None, None, None)
 
     def _show(self, now: float, end: str = "", outcome: str = "") -> None:
         self._shown_s = now

@@ -138,7 +138,9 @@ def edited(folder: Path, name: str, source: Path, old: str, new: str) -> None:
         (["run"], ("INPUT", "-o")),
         (["run", "clip.npz"], ("-o",)),
         (["run", "nowhere.npz", "-o", "out"], ("nowhere.npz", "existing")),
-        (["run", ".", "-o", "out"], (".:", "a folder of no known format")),
+        (["run", "nowhere.npz", "-o", "mine"], ("nowhere.npz", "existing")),
+        (["run", ".", "-o", "out"], (".:", "a folder of no known format", "`simrecon batch`")),
+        (["run", "result", "-o", "out"], ("result:", "the result of a run", "`simrecon rerun`")),
         (["run", "clip.npz", "-o", "out", "--sed", "1"], ("--sed",)),
         (["run", "clip.npz", "-o", "out", "--engine", "centroidal"], ("centroidal", "sampling")),
         (["run", "clip.npz", "-o", "out", "--seed", "-1"], ("--seed", "'-1'", "0 to")),
@@ -174,6 +176,8 @@ def test_bad_usage(
     edited(folder, "plan.toml", resources.folder("windows") / "quick.toml", "sigma_rad =", "sigma_rda =")
     edited(folder, "scene.toml", EXAMPLE / "beam.toml", 'kind = "beam"', 'kind = "bean"')
     (folder / "mine").mkdir()
+    (folder / "result").mkdir()
+    (folder / "result" / "report.json").write_text("{}", encoding="utf-8")
     (folder / "mine" / "thesis.txt").write_text("years of work", encoding="utf-8")
     film = cv2.VideoWriter(str(folder / "wide.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 60, (64, 36))
     for _ in range(20):

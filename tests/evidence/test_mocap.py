@@ -224,6 +224,8 @@ def test_bad_trc_gives_one_clear_line(tmp_path: Path, name: str) -> None:
 def test_joint_angles_are_refused(tmp_path: Path) -> None:
     text = "Coordinates\nversion=1\nnRows=1\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee\n0.0\t1.0\n"
     assert_refused(written(tmp_path, text, "ik.mot"), Options(), "joint angles", "(TRC)")
+    forces = "grf\nnRows=1\nendheader\ntime\tground_force_vx\n0.0\t1.0\n"
+    assert_refused(written(tmp_path, forces, "grf.mot"), Options(), "found forces (MOT, STO)", "(TRC)")
 
 
 def c3d(folder: Path) -> Path:

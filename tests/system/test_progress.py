@@ -42,6 +42,20 @@ def test_plain_lines_come_at_most_once_per_interval_and_at_the_end() -> None:
     ]
 
 
+def test_the_end_is_one_plain_line_however_long_the_last_piece_took() -> None:
+    stream, clock = io.StringIO(), Clock()
+    with Progress(4, "fit", stream, clock=clock) as progress:
+        clock.now_s += 60
+        progress.update(4, "loss 3.2")
+    other = Progress(4, "fit", stream, clock=clock).__enter__()
+    clock.now_s += 60
+    other.end(4)
+    assert stream.getvalue().splitlines() == [
+        "fit 100%  done in 1 min 00 s  loss 3.2",
+        "fit 100%  done in 1 min 00 s",
+    ]
+
+
 def test_terminal_redraws_one_line() -> None:
     stream, clock = Terminal(), Clock()
     with Progress(4, "fit", stream, clock=clock) as progress:

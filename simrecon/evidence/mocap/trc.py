@@ -26,12 +26,15 @@ def matches_mot(content: Content) -> bool:
 
 
 def read_mot(content: Content, _options: Options) -> Evidence:
-    """Refuse joint angles: they fit the OpenSim model they were computed with only.
+    """Refuse joint angles, which fit only the OpenSim model they were computed with, and forces.
 
     Raises:
         InputError: always.
     """
-    there = "joint angles or forces (MOT, STO), which need the model they were made with"
+    columns = content.text.lower().partition("endheader")[2].split("\n", 2)[1:2]
+    there = "joint angles (MOT, STO), which fit only the model they were made with"
+    if "force" in "".join(columns):
+        there = "forces (MOT, STO), which do not say how the person moves"
     raise content.fail("format", there, "the markers of the same trial (TRC)")
 
 
