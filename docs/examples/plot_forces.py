@@ -15,8 +15,9 @@ import simrecon
 from simrecon import resources
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
-clip = str(resources.folder("example") / "beam.npz")
-simrecon.run(simrecon.Job(clip, str(out / "beam"), plan=simrecon.read_plan("quick")))
+example = resources.folder("example")  # a person who walks on a beam
+beam, plan = simrecon.read_scene(example / "beam.toml"), simrecon.read_plan("quick")
+simrecon.run(simrecon.Job(str(example / "beam.npz"), str(out / "beam"), scene=beam, plan=plan))
 
 result = simrecon.open_result(out / "beam")
 motion, weight_N = result.motion, 9.81 * result.report["person"]["mass_kg"]
