@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simrecon.body import names
+from simrecon.errors import InputError
 from simrecon.evidence.npz import check, check_names
 from simrecon.types import Array, Camera, Evidence
 
@@ -43,6 +44,14 @@ def from_arrays(
     Raises:
         InputError: shapes that do not fit, values that are not finite, or unknown names.
     """
+    for points, names_given, key in (
+        (keypoints_px, keypoint_names, "keypoint_names"),
+        (joints_m, joint_names, "joint_names"),
+    ):
+        if points is not None and not len(names_given):
+            raise InputError(
+                f"{SOURCE}: {key}: found no names for the points beside them; valid: one for each"
+            )
     frames = len(times_s)
     pixels = np.empty((frames, 0, 2)) if keypoints_px is None else np.asarray(keypoints_px, float)
     if scores is None:

@@ -15,7 +15,7 @@ from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
 from simrecon.io.arrays import Arrays, listed
 from simrecon.io.npz import load
-from simrecon.types import Evidence
+from simrecon.types import Array, Camera, Evidence
 
 SCHEMA = "simrecon.evidence/1"
 
@@ -109,6 +109,14 @@ def parse(arrays: Arrays) -> Evidence:
     return evidence
 
 
+def _path(camera: Camera, frames: int) -> Array | None:
+    """The camera's path as a file has it: one transform where it stands still."""
+    path = camera.path
+    if path is None or len(path) not in (1, frames) or np.ndim(path) != 3:
+        return path  # to be refused, unless it is None
+    return path[0] if cameras.is_still(camera) else path
+
+
 def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
     """The arrays of a file by key, without the parts that are empty or None."""
     content: dict[str, Any] = {"schema": SCHEMA, "times_s": evidence.times_s}
@@ -119,10 +127,10 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         values3d = (evidence.joint_names, evidence.joints_m, evidence.joints_frame)
         content |= dict(zip(keys.JOINTS, values3d, strict=True))
     if (camera := evidence.camera) is not None:
-        lens, path = camera.lens, camera.path
+        lens = camera.lens
         content |= {"image_size_px": lens.image_size_px, "camera_K": lens.matrix_px}
         content |= {"camera_dist": lens.distortion}
-        content |= {"world_to_camera": path[0] if path is not None and cameras.is_still(camera) else path}
+        content |= {"world_to_camera": _path(camera, len(evidence.times_s))}
     if not evidence.ground_known:
         content["ground"] = "unknown"
     content |= {"mass_kg": evidence.mass_kg, "height_m": evidence.height_m}

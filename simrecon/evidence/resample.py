@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.errors import InputError
 from simrecon.evidence import sides
 from simrecon.geometry import camera as cameras
 from simrecon.types import Array, Evidence, IntArray
@@ -52,7 +53,11 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
 
     Returns:
         The evidence with G frames at uniform times, and (T,) the nearest grid index of each original frame.
+
+    Raises:
+        InputError: the camera's path is not one transform for each frame.
     """
+    _check_path(evidence)
     evidence = sides.in_order(evidence)  # before anything is interpolated between two sides
     interval = frame_interval_s(evidence.times_s)
     position = (evidence.times_s - evidence.times_s[0]) / interval  # (T,)
@@ -72,6 +77,13 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
         else cameras.resampled(evidence.camera, evidence.times_s, grid_s),
     )
     return on_grid, np.clip(np.rint(position), 0, count - 1).astype(np.int64)
+
+
+def _check_path(evidence: Evidence) -> None:
+    path = None if evidence.camera is None else evidence.camera.path
+    if path is not None and np.shape(path) != (len(evidence.times_s), 4, 4):
+        valid = f"({len(evidence.times_s)}, 4, 4), a transform for each frame"
+        raise InputError(f"the camera's path: found an array of shape {np.shape(path)}; valid: {valid}")
 
 
 def frame_interval_s(times_s: Array) -> float:

@@ -21,19 +21,23 @@ NO_MOTION_DEPENDS_ON = (
     "cli/",
     "drawing/",
     "evaluation/",
-    "export/",
+    "exports/",
     "metrics/",
     "studio/",
 )
 """Rooms of the package that no motion depends on."""
 
 
+PACKAGES = {"opencv": "opencv-contrib-python-headless"}
+"""Libraries whose package has another name."""
+
+
 def versions() -> dict[str, str | None]:
     """Versions of simrecon, Python and the libraries that decide the numbers; None where one is missing."""
     known: dict[str, str | None] = {"simrecon": simrecon.__version__, "python": platform.python_version()}
-    for library in ("mujoco", "numpy", "scipy", "nlopt"):
+    for library in ("mujoco", "numpy", "scipy", "nlopt", "opencv"):
         try:
-            known[library] = importlib.metadata.version(library)
+            known[library] = importlib.metadata.version(PACKAGES.get(library, library))
         except importlib.metadata.PackageNotFoundError:
             known[library] = None
     return known

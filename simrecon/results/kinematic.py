@@ -13,8 +13,9 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
 from simrecon.results import folder as folders
+from simrecon.results import report_file
 from simrecon.results.view import open_result
-from simrecon.types import Array, Body, Evidence, IntArray, KinematicFit
+from simrecon.types import Array, Body, Evidence, IntArray, KinematicFit, Report
 
 
 def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
@@ -44,7 +45,7 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
         reading=f"kinematic motion of {folder}",
     )
     interpolated = np.zeros(len(on_grid.times_s), dtype=np.bool_)
-    interpolated[grid[report.get("frames", {}).get("interpolated_frames", [])]] = True
+    interpolated[grid[_out_of_view(report, path, len(motion.times_s))]] = True
     qpos = on_clock(motion.times_s, motion.kinematic_qpos[:, : coordinates(body)], on_grid.times_s)
     return bare, KinematicFit(
         body=body,
@@ -58,6 +59,15 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
         iterations=0,
         loss={},
     )
+
+
+def _out_of_view(report: Report, folder: Path, count: int) -> list[int]:
+    """The frames in which the person was out of view, of so many."""
+    path = folder / folders.REPORT
+    rows = list(report_file.frames(report, path).interpolated_frames)
+    if rows and max(rows) >= count:
+        raise InputError(f"{path}: [frames] interpolated_frames: found {max(rows)}; valid: below {count}")
+    return rows
 
 
 def coordinates(body: Body) -> int:

@@ -16,6 +16,9 @@ from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.types import Array, IntArray, Motion
 
+PERSON_ROTATIONS = 17
+UNIT_TOLERANCE = 1e-3
+
 
 def dumps(motion: Motion) -> bytes:
     """The bytes of `motion.npz`."""
@@ -39,6 +42,8 @@ def read(folder: Path | str) -> Motion:
     arrays.text("schema", (SCHEMA,))
     joint_names, parts = arrays.names("joint_names", "K"), arrays.names("contact_body", "C")
     times = arrays.finite("times_s", ("T",))
+    if len(times) < 2:
+        arrays.fail("times_s", "a single frame", "two frames or more")
     if (np.diff(times) <= 0).any():
         arrays.fail("times_s", "times that do not increase", "increasing times in seconds")
     qpos, qvel = arrays.finite("qpos", ("T", "nq")), arrays.finite("qvel", ("T", "nv"))
@@ -49,6 +54,9 @@ def read(folder: Path | str) -> Motion:
     if ((step == NO_STEP) != (status == FALLBACK)).any():
         valid = f"{NO_STEP} at the frames of status {FALLBACK}, and there only"
         arrays.fail("frame_step", "steps that do not fit the status", valid)
+    followed = arrays.finite("kinematic_qpos", ("T", "nq")) if "kinematic_qpos" in arrays else None
+    for key, values in (("qpos", qpos), ("kinematic_qpos", followed)):
+        _check_rotations(arrays, key, values)
     return Motion(
         times_s=times,
         frame_step=step,
@@ -66,8 +74,19 @@ def read(folder: Path | str) -> Motion:
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
         contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
-        kinematic_qpos=arrays.finite("kinematic_qpos", ("T", "nq")) if "kinematic_qpos" in arrays else None,
+        kinematic_qpos=followed,
     )
+
+
+def _check_rotations(arrays: Arrays, key: str, qpos: Array | None) -> None:
+    """The quaternions of the person, root first: place of the root, then one for each segment."""
+    if qpos is None:
+        return
+    count = min((qpos.shape[1] - 3) // 4, PERSON_ROTATIONS)
+    norms = np.linalg.norm(qpos[:, 3 : 3 + 4 * count].reshape(len(qpos), count, 4), axis=-1)
+    if norms.size and np.abs(norms - 1).max() > UNIT_TOLERANCE:
+        text = f"rotations of norm {norms.min():g} to {norms.max():g}"
+        arrays.fail(key, text, "unit quaternions w x y z behind the place of the root")
 
 
 def _control(arrays: Arrays, motors: int) -> Array:

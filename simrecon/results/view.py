@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from simrecon import job as jobs
 from simrecon import plan as plans
@@ -18,8 +18,9 @@ from simrecon.errors import InputError
 from simrecon.job import Job
 from simrecon.plan import Plan
 from simrecon.results import folder as folders
-from simrecon.results import motion_file
+from simrecon.results import motion_file, report_file
 from simrecon.sim.models import load as load_model
+from simrecon.sim.state import state_size
 from simrecon.types import Body, Motion, Report, Scene
 
 
@@ -53,7 +54,7 @@ class Result:
     @cached_property
     def report(self) -> Report:
         """Settings, costs, losses and plausibility (`report.json`)."""
-        return read_report(self.folder)
+        return report_file.read(self.folder)
 
     @cached_property
     def scene(self) -> Scene:
@@ -65,23 +66,27 @@ class Result:
         """Body and scene as MuJoCo compiles them (`model.xml`)."""
         path = self.folder / folders.MODEL
         model = load_model(path)
-        shape = (self.motion.qpos.shape[1], self.motion.torque_Nm.shape[1])
-        if (model.nq, model.nu) != shape:
+        motion = self.motion
+        shape = (motion.qpos.shape[1], motion.torque_Nm.shape[1], len(motion.state0))
+        own = (model.nq, model.nu, state_size(model))
+        if own != shape:
             raise InputError(
-                f"{self.folder / folders.MOTION}: qpos: holds {shape[0]} coordinates and {shape[1]} motors; "
-                f"valid: those of {folders.MODEL}, {model.nq} and {model.nu}"
+                f"{self.folder / folders.MOTION}: qpos, torque_Nm, state0: hold {_listed(shape)}; "
+                f"valid: those of {folders.MODEL}, {_listed(own)}"
             )
         return model
 
     @cached_property
     def body(self) -> Body:
-        """The person, read back from the model."""
+        """The person, read back from the model; the shape parameters are those of the report."""
         path = self.folder / folders.MODEL
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: can't be read ({error}); valid: a result's model") from error
-        return known.of_mjcf(text, self.report["person"]["height_m"])
+        person = report_file.person(self.report, self.folder / folders.REPORT)
+        body = known.of_mjcf(text, person.height_m)
+        return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
 
     @cached_property
     def plan(self) -> Plan:
@@ -110,6 +115,10 @@ class Result:
         return jobs.read(path)
 
 
+def _listed(sizes: tuple[int, int, int]) -> str:
+    return "{} coordinates, {} motors, {} numbers of state".format(*sizes)
+
+
 def open_result(folder: Path | str) -> Result:
     """Open a result folder.
 
@@ -117,18 +126,3 @@ def open_result(folder: Path | str) -> Result:
         InputError: there is no such folder, or it is no result.
     """
     return Result(folder)
-
-
-def read_report(folder: Path | str) -> Report:
-    """Read `report.json` of a result folder.
-
-    Raises:
-        InputError: it can't be read, or does not say of what, of whom and how the result was made.
-    """
-    path = Path(folder) / folders.REPORT
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
-        report["input"]["name"], report["input"]["sha256"], report["person"]["height_m"], report["plan_name"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
-    return dict(report)

@@ -75,3 +75,8 @@ def displace(model: mujoco.MjModel, states: Array, pose: Array, velocity: Array)
     velocities += velocity
     for row, offset in zip(qpos_of(model, states), np.ascontiguousarray(pose), strict=True):
         mujoco.mj_integratePos(model, row, offset, 1.0)
+
+
+def state_size(model: mujoco.MjModel) -> int:
+    """How many numbers a full state has."""
+    return int(mujoco.mj_stateSize(model, STATE))

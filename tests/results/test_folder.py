@@ -116,7 +116,7 @@ def test_report_says_where_it_came_from(written: Path, run: Any) -> None:
     assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None, "exchanged": {}}
     assert (said["plan_name"], said["seed"], said["threads"]) == ("quick", 3, 1)
     assert said["plan"] == plans.to_dict(run.problem.plan)
-    assert set(said["versions"]) == {"simrecon", "python", "mujoco", "numpy", "scipy", "nlopt"}
+    assert set(said["versions"]) == {"simrecon", "python", "mujoco", "numpy", "scipy", "nlopt", "opencv"}
     assert said["versions"]["mujoco"] == mujoco.__version__
     assert all(said["versions"].values())
 

@@ -1,0 +1,93 @@
+"""`report.json`, read back: what later steps need of it, checked by the same rules as any other table."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from simrecon.errors import InputError
+from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
+from simrecon.io import tables
+from simrecon.io.tables import number, text
+from simrecon.results.folder import REPORT
+from simrecon.types import Report
+
+
+@dataclass(frozen=True)
+class Source:
+    """`input`: the file that was read."""
+
+    name: str = text()
+    sha256: str = tables.option("")
+
+
+@dataclass(frozen=True)
+class Person:
+    """`person`: who was simulated."""
+
+    height_m: float = number(*HEIGHT_RANGE_M)
+    mass_kg: float = number(*MASS_RANGE_KG)
+    betas: tuple[float, ...] = tables.option(())
+    shape_space: str = tables.option("")
+
+
+@dataclass(frozen=True)
+class Frames:
+    """`frames`: those in which the person was out of view."""
+
+    interpolated_frames: tuple[int, ...] = tables.option((), low=0)
+
+
+T = TypeVar("T")
+
+
+def read(folder: Path | str) -> Report:
+    """Read `report.json` of a result folder.
+
+    Raises:
+        InputError: it can't be read, or does not say of what, of whom and how the result was made.
+    """
+    path = Path(folder) / REPORT
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
+    if not isinstance(report, dict):
+        raise InputError(f"{path}: found no table; valid: the report of a result folder")
+    source(report, path)
+    person(report, path)
+    if not isinstance(report.get("plan_name"), str) or not isinstance(report.get("plan"), Mapping):
+        raise InputError(f"{path}: found no plan_name and plan; valid: the report of a result folder")
+    return report
+
+
+def source(report: Report, path: Path) -> Source:
+    """The file that was read."""
+    return _part(Source, report, "input", path)
+
+
+def person(report: Report, path: Path) -> Person:
+    """Who was simulated."""
+    return _part(Person, report, "person", path)
+
+
+def frames(report: Report, path: Path) -> Frames:
+    """The frames in which the person was out of view."""
+    return _part(Frames, report, "frames", path)
+
+
+def _part(kind: type[T], report: Report, name: str, path: Path) -> T:
+    """A table of the report, as far as `kind` has its keys.
+
+    Raises:
+        InputError: a key is missing, or holds what it can't.
+    """
+    table: Any = report.get(name, {})
+    known = [item.name for item in dataclasses.fields(cast(Any, kind))]
+    if isinstance(table, Mapping):
+        table = {key: table[key] for key in known if table.get(key) is not None}
+    return tables.build(kind, table, str(path), name)
