@@ -1,4 +1,4 @@
-"""What hears of a run while it goes on, and may end it."""
+"""What is told of a run while it goes on, and may stop it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from simrecon.types import Window, WindowResult
 
 
 class Observer:
-    """Hears of the progress of a run; each method does nothing unless a subclass has its own.
+    """Is told of the progress of a run; each method does nothing unless a subclass has its own.
 
     An exception that a method raises ends the run; windows that were solved stay in the checkpoints.
     """

@@ -35,11 +35,11 @@ class Setup:
     Attributes:
         planner, engine: names of what makes the reference and of what optimises the simulation.
         seed: of all random numbers; the result depends on nothing else, not even on `threads`.
-        threads: of the simulator, 0 for one per core; a function is asked again and again.
+        threads: of the simulator, 0 for one per core; a function is called before each generation.
         shape: of the body, as far as it is known; None: the proportions of the average.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
         fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
-        observer: hears of the progress, and may end the run.
+        observer: is told of the progress, and may stop the run.
         checkpoint: where solved windows are kept, and taken from; None: nowhere.
         identity: of job and code; windows of another one are not taken from the checkpoint.
     """

@@ -35,15 +35,15 @@ def run(
     checkpoint: checkpoints.Store | None = None,
     threads: Threads | None = None,
 ) -> Result:
-    """Do what a job asks for, and write the result folder.
+    """Run a job, and write the result folder.
 
     Everything that may be wrong is checked before the long work begins.
 
     Args:
-        job: what is asked for.
-        observer: hears of the progress, and may end the run.
+        job: what to do.
+        observer: is told of the progress, and may stop the run.
         checkpoint: where solved windows are kept, and taken from; None: nowhere.
-        threads: of the simulator, instead of the job's; a function is asked again and again.
+        threads: of the simulator, instead of the job's; a function is called before each generation.
 
     Returns:
         The result, read back from its folder.

@@ -70,7 +70,7 @@ def calibrate(
         simulate: reconstructs the clip; every trial with the same seed.
         scene: whose ground is to be calibrated.
         mass_kg: of the person, if it is known.
-        observer: hears of the progress, in trials.
+        observer: is told of the progress, in trials.
 
     Raises:
         InputError: the ground is not to be calibrated, or the evidence can't be used.

@@ -63,7 +63,7 @@ def solve(
 
     Args:
         job: what to do.
-        threads: of the simulator, asked again and again if it is a function.
+        threads: of the simulator; a function is called before each generation.
         tell: told of stages, of the beginning of the windows, and of every window.
         stop: whether to end after the next window.
 

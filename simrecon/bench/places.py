@@ -30,7 +30,7 @@ def seat(evidence: Evidence, plan: Kinematics) -> Scene:
     room = support(evidence, plan)
     seats = tuple(item for item in room.items if item.name.startswith("seat"))
     if not seats:
-        raise InputError("seat: found nobody who sits on something; valid: evidence of a person who does")
+        raise InputError("seat: found no person who sits on something; valid: evidence of a person who does")
     return replace(room, items=seats)
 
 

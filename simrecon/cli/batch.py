@@ -28,14 +28,14 @@ GIB = 2**30
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    batch = arguments.command(commands, "batch", _batch, "many clips, one after another or side by side")
+    batch = arguments.command(commands, "batch", _batch, "run many clips, one after another or side by side")
     batch.epilog = (
         "simrecon batch status OUT shows how it stands, simrecon batch report OUT writes index.html."
     )
     _add_words(batch)
     add_one = batch.add_argument
     add_one("inputs", metavar="INPUT", nargs="+", help="files, folders, globs, manifests (.toml, .csv)")
-    add_one("-o", dest="output", metavar="OUT", help="folder of the results, which is made")
+    add_one("-o", dest="output", metavar="OUT", help="folder for the results")
     add_one(
         "--jobs",
         type=arguments.whole(4096),
@@ -43,9 +43,13 @@ def add(commands: Any) -> None:
         metavar="N",
         help="clips at once; 0: one per core [%(default)s]",
     )
-    add_one("--scheduler", metavar="ADDRESS", help="of a dask cluster that runs, or its scheduler file")
-    add_one("--scene-dir", metavar="DIR", help="NAME.toml there is the scene of the clip NAME")
-    add_one("--video-dir", metavar="DIR", help="NAME.mp4 there is what the overlay of NAME is drawn on")
+    add_one("--scheduler", metavar="ADDRESS", help="address of a running dask cluster, or its scheduler file")
+    add_one("--scene-dir", metavar="DIR", help="folder in which NAME.toml is the scene of the clip NAME")
+    add_one(
+        "--video-dir",
+        metavar="DIR",
+        help="folder in which NAME.mp4 is the video to draw the overlay of NAME on",
+    )
     add_one(
         "--retry",
         type=arguments.whole(100),
@@ -53,15 +57,15 @@ def add(commands: Any) -> None:
         metavar="N",
         help="further attempts at a clip that fails [%(default)s]",
     )
-    add_one("--until", metavar="HH:MM", help="end then; the same command goes on later")
+    add_one("--until", metavar="HH:MM", help="stop at this time; the same command continues later")
     add_one(
         "--memory-gib",
         type=arguments.number((0.25, 65536.0)),
         metavar="N",
-        help="that a worker may use [its share of this host's]",
+        help="memory of each worker [its share of this machine's]",
     )
-    add_one("--force", action="store_true", help="redo what is done")
-    add_one("--dry-run", action="store_true", help="only say what there is to do, and what it will cost")
+    add_one("--force", action="store_true", help="redo clips that are finished")
+    add_one("--dry-run", action="store_true", help="only print what there is to do, and what it will cost")
     add_one("--json", action="store_true", help="with --dry-run: print JSON")
     options.add(batch)
 

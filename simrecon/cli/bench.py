@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
         type=arguments.whole(1024),
         default=0,
         metavar="N",
-        help="of each run; 0: cores over jobs",
+        help="threads of each run; 0: cores divided by jobs [%(default)s]",
     )
     bench.add_argument("--plan", metavar="NAME", help="another plan than the suite's")
     bench.add_argument("--clips", nargs="+", default=(), metavar="NAME", help="only these")

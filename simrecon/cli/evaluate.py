@@ -17,8 +17,10 @@ def add(commands: Any) -> None:
     score = arguments.command(commands, "eval", _eval, "score a result against a reference")
     score.add_argument("result", metavar="OUT", help="result folder")
     score.add_argument("truth", metavar="TRUTH", help="reference (.npz, see docs/formats.md)")
-    score.add_argument("evidence", metavar="EVIDENCE", nargs="?", help="what it was made from, scored too")
-    score.add_argument("--input", metavar="EVIDENCE", help="the same as an option")
+    score.add_argument(
+        "evidence", metavar="EVIDENCE", nargs="?", help="what the result was made from, to be scored as well"
+    )
+    score.add_argument("--input", metavar="EVIDENCE", help="EVIDENCE, given as an option")
     score.add_argument("--json", action="store_true", help="print JSON")
     score.add_argument("-o", dest="output", metavar="FILE", help="write JSON to a file as well")
     score.add_argument(
@@ -26,7 +28,7 @@ def add(commands: Any) -> None:
         type=arguments.whole(2**63 - 1),
         default=0,
         metavar="N",
-        help="of the intervals [%(default)s]",
+        help="seed of the confidence intervals [%(default)s]",
     )
     observing.add(score, observing.READING)
 

@@ -16,7 +16,7 @@ from simrecon.replay import SIMULATED
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    parser = arguments.command(commands, "export", _export, "a result as files of other programs")
+    parser = arguments.command(commands, "export", _export, "write a result in the formats of other programs")
     parser.add_argument("result", metavar="OUT", help="result folder")
     parser.add_argument(
         "--to",

@@ -19,12 +19,14 @@ from simrecon.results.folder import MOTION
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
     rerun = arguments.command(
-        commands, "rerun", _rerun, "a finished result again, from its motion on, in an edited scene"
+        commands, "rerun", _rerun, "simulate a finished result again, starting from its motion"
     )
-    rerun.epilog = "Takes every option of run; those that are not given are as they were."
+    rerun.epilog = (
+        "Takes every option of run, such as --scene for another scene; what is not given is as before."
+    )
     rerun.add_argument("result", metavar="OUT", help="result folder to start from")
     rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder [OUT, which is replaced]")
-    rerun.add_argument("--input", metavar="FILE", help="the input, if it is not where it was")
+    rerun.add_argument("--input", metavar="FILE", help="where the input is now, if it was moved")
     options.add(rerun, recalls=lambda _: True)
 
 
@@ -42,7 +44,7 @@ def _rerun(parsed: argparse.Namespace) -> int:
 
 
 def _reads_anew(before: Job, after: Job) -> bool:
-    """Whether the landmarks that were found in a video are not those that are now asked for."""
+    """Whether the landmarks that were found in a video are not those that the options now select."""
     return replace(before.reading, ignore=()) != replace(after.reading, ignore=())
 
 

@@ -16,12 +16,13 @@ from simrecon.job.text import options as job_options
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
     parser = arguments.command(
-        commands, "retarget", _retarget, "the motion of a finished result on another body, simulated"
+        commands,
+        "retarget",
+        _retarget,
+        "put the motion of a finished result on another body, and simulate it",
     )
     parser.add_argument("result", metavar="OUT", help="result folder whose kinematic motion is taken")
-    parser.add_argument(
-        "-o", dest="output", metavar="NEW", required=True, help="result folder, which is made"
-    )
+    parser.add_argument("-o", dest="output", metavar="NEW", required=True, help="result folder to write")
     options.add(parser, recalls=lambda name: name in ("plan", "scene"), sections=("", "person"))
 
 

@@ -24,15 +24,15 @@ DEMO_OUTPUT = "out/demo"
 
 def add(commands: Any) -> None:
     """Add the commands to the subparsers of the program."""
-    demo = arguments.command(commands, "demo", _demo, "the main job on the example that ships with simrecon")
-    demo.add_argument("-o", dest="output", metavar="OUT", help=f"result folder [{DEMO_OUTPUT}]")
+    demo = arguments.command(commands, "demo", _demo, "run the example that ships with simrecon")
+    demo.add_argument("-o", dest="output", metavar="OUT", help=f"result folder to write [{DEMO_OUTPUT}]")
     options.add(demo)
 
-    run = arguments.command(commands, "run", _run, "from evidence to a simulated motion")
+    run = arguments.command(commands, "run", _run, "reconstruct a simulated motion from a clip")
     run.add_argument(
         "input", metavar="INPUT", nargs="?", help="a video, evidence, a network's output or motion capture"
     )
-    run.add_argument("-o", dest="output", metavar="OUT", help="result folder, which is made")
+    run.add_argument("-o", dest="output", metavar="OUT", help="result folder to write")
     run.add_argument("--job", metavar="FILE", help="job.toml of a result, or your own, instead of INPUT")
     options.add(run)
 

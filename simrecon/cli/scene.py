@@ -33,24 +33,24 @@ def add(commands: Any) -> None:
 
     new = _action(actions, "new", _new, "write a scene file that holds a floor")
     new.add_argument("--force", action="store_true", help="replace the file")
-    _settings(new, "of the ground")
+    _settings(new, "settings of the ground")
 
     put = _action(actions, "add", _add, "add an item")
     put.add_argument("kind", metavar="KIND", help=", ".join(kinds.table()))
-    _settings(put, "of the item; what is left out has its default, name= included")
+    _settings(put, "settings of the item; those left out have defaults, also name=")
 
     change = _action(
         actions, "set", _set, "change an item or the ground; KEY= alone goes back to the default"
     )
-    change.add_argument("name", metavar="NAME", help=f"of an item, or {GROUND}")
+    change.add_argument("name", metavar="NAME", help=f"name of an item, or {GROUND}")
     _settings(change, "what to change", "+")
 
     move = _action(actions, "move", _move, "move or turn an item")
-    move.add_argument("name", metavar="NAME", help="of an item")
+    move.add_argument("name", metavar="NAME", help="name of the item")
     _settings(move, "to=X,Y,Z or by=X,Y,Z in metres; turn=RAD about z", "+")
 
     remove = _action(actions, "remove", _remove, "remove an item")
-    remove.add_argument("name", metavar="NAME", help="of an item")
+    remove.add_argument("name", metavar="NAME", help="name of the item")
 
     look = _action(
         actions,
@@ -67,9 +67,11 @@ def add(commands: Any) -> None:
         actions, "suggest", scene_motion.propose, "suggest supports that the motion needs"
     )
     propose.add_argument("evidence", metavar="EVIDENCE", help="as the INPUT of simrecon run")
-    propose.add_argument("--scene", metavar="FILE", help="what is known already [a floor at z = 0]")
     propose.add_argument(
-        "-o", dest="output", metavar="FILE", help="accept: write scene and suggestions there"
+        "--scene", metavar="FILE", help="scene file with what is known already [a floor at z = 0]"
+    )
+    propose.add_argument(
+        "-o", dest="output", metavar="FILE", help="write the scene with the suggestions to this file"
     )
     observing.add(propose)
 
@@ -97,7 +99,7 @@ def _help(_: argparse.Namespace) -> int:
 
 def _new(options: argparse.Namespace) -> int:
     if Path(options.file).exists() and not options.force:
-        raise InputError(f"{options.file}: is there already; valid: a new file, or --force to replace it")
+        raise InputError(f"{options.file}: exists already; valid: a new file, or --force to replace it")
     scene = files.scene({"ground": _pairs(options.settings)}, options.file)
     scenes.write(scene, options.file)
     print(listed(scene))

@@ -87,7 +87,7 @@ def propose(options: argparse.Namespace) -> int:
         print(f"# {entry.why}\n# frames {spans} ({seconds} s)")
         print(files.dumps_item(entry.item))
     if not suggestions:
-        print("# the motion needs no support but what is known")
+        print("# nothing to suggest: what is known supports the motion")
     if options.output:
         edited = edit.Edited.read(options.scene) if options.scene else edit.Edited(files.dumps(scene))
         for entry in suggestions:

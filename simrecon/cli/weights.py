@@ -14,13 +14,13 @@ def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
     models = arguments.command(commands, "models", _list, "weights of the pose network, for videos")
     actions = models.add_subparsers(required=True, metavar="ACTION")
-    fetch = arguments.command(actions, "fetch", _fetch, "get the weights, by npm or pip; Apache-2.0")
+    fetch = arguments.command(actions, "fetch", _fetch, "fetch the weights, by npm or pip; Apache-2.0")
     names = [one.name for one in weights.TABLE if one.name != "detector"]
     fetch.add_argument(
         "names", nargs="*", metavar="MODEL", help=f"{', '.join(names)} [heavy and full; without npm, full]"
     )
-    fetch.add_argument("--force", action="store_true", help="get what is there once more")
-    arguments.command(actions, "list", _list, "which weights are there")
+    fetch.add_argument("--force", action="store_true", help="fetch again what is already there")
+    arguments.command(actions, "list", _list, "list the weights, and where they are")
 
 
 def _fetch(parsed: argparse.Namespace) -> int:

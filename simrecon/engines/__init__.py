@@ -81,7 +81,7 @@ def make(name: str, problem: Problem, threads: Threads = 0) -> Tracker:
     Args:
         name: one of `names()`.
         problem: the clip.
-        threads: of the simulator, 0 for one per core; a function is asked again and again.
+        threads: of the simulator, 0 for one per core; a function is called before each generation.
 
     Raises:
         InputError: no such name.

@@ -20,7 +20,7 @@ def choose(content: Content, frames: Mapping[str, int], choice: str | None) -> s
     """
     there = ", ".join(f"{name} ({count} frames)" for name, count in frames.items())
     if not frames:
-        raise content.fail("people", "nobody", "a file with at least one person")
+        raise content.fail("people", "no person", "a file with at least one person")
     if choice is not None:
         if choice not in frames:
             raise content.fail("--person", repr(choice), there)

@@ -36,7 +36,7 @@ def observe(job: Job, progress: Progress | None = None) -> Evidence:
     """Read and check the evidence of a job.
 
     Args:
-        job: what was asked for.
+        job: what to do.
         progress: of the detection in a video.
 
     Raises:
@@ -51,7 +51,7 @@ def observe(job: Job, progress: Progress | None = None) -> Evidence:
 
 
 def shape_of(person: Person) -> ShapeRequest | None:
-    """The body's shape, as far as it is asked for.
+    """The body's shape, as far as it is given.
 
     Raises:
         InputError: betas out of range, or a body model that can't be read.

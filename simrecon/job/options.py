@@ -58,7 +58,7 @@ def option(
 
 @dataclass(frozen=True)
 class Reading:
-    """`[reading]`: how the input is read, where it doesn't say so itself."""
+    """`[reading]`: how the input is read, where it does not say so itself."""
 
     format: str | None = option(
         None, choices=formats.names(), metavar="NAME", text=f"{', '.join(formats.names())} [by content]"
@@ -75,7 +75,7 @@ class Reading:
     keypoints: str | None = option(
         None, file=True, metavar="FILE", text="2D landmarks that go with the 3D estimate of INPUT"
     )
-    keypoints_person: str | None = option(None, metavar="NAME", text="the person in that file")
+    keypoints_person: str | None = option(None, metavar="NAME", text="which person of that file")
     fov_deg: float | None = option(
         None, bounds=FOV_RANGE_DEG, flag="--fov", metavar="DEG", text="horizontal field of view of the camera"
     )
@@ -95,7 +95,8 @@ class Reading:
     )
     camera_name: str | None = option(None, metavar="NAME", text="which camera of that file")
     unknown_camera: bool = option(
-        False, text="ignore what the input says of its camera: usual lens, place by the floor"
+        False,
+        text="ignore what the input says of its camera: assume a usual lens, find its place from the floor",
     )
     person_at_px: tuple[float, float] | None = option(
         None,
@@ -128,10 +129,13 @@ class Person:
         text="shape parameters, the first ones [as measured]",
     )
     body_model: str | None = option(
-        None, file=True, metavar="FILE", text="whose shapes: .npz or .pkl of SMPL's layout [simrecon's own]"
+        None,
+        file=True,
+        metavar="FILE",
+        text="body model of the shape parameters: .npz or .pkl of SMPL's layout [simrecon's own]",
     )
     mass_distribution: str | None = option(
         None,
         choices=tuple(mass.distributions()),
-        text="of the body's mass; characters of Rempe et al. 2020 [standard]",
+        text="how the body's mass is distributed: as in characters of Rempe et al. 2020 [standard]",
     )

@@ -58,9 +58,9 @@ class Job:
     plan: Plan = field(default_factory=lambda: plans.read("default"))
     planner: str = "none"
     engine: str = "sampling"
-    seed: int = option(0, bounds=(0, LARGEST_SEED), metavar="N", text="of random numbers [0]")
+    seed: int = option(0, bounds=(0, LARGEST_SEED), metavar="N", text="seed of the random numbers [0]")
     threads: int = option(
-        0, bounds=(0, MOST_THREADS), metavar="N", text="of the simulator; 0: one per core [0]"
+        0, bounds=(0, MOST_THREADS), metavar="N", text="threads of the simulator; 0: one per core [0]"
     )
     video: str | None = option(
         None, file=True, metavar="FILE", text="what the overlay is drawn on [plain ground]"

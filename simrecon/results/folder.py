@@ -87,7 +87,7 @@ def _put_in_place(partial: Path, target: Path) -> None:
 def _check_replaceable(folder: Path | str, target: Path) -> None:
     """Refuse a target that is no folder, or holds anything that simrecon did not write there."""
     if not target.is_dir():
-        raise InputError(f"{folder}: found a file; valid: a folder for the result, which is made")
+        raise InputError(f"{folder}: found a file; valid: a folder for the result")
     if os.path.ismount(target):
         raise InputError(f"{folder}: found a mount point, which can't be renamed; valid: a folder inside it")
     inside = sorted(path.name for path in target.iterdir())

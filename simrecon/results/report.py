@@ -39,7 +39,7 @@ def make(
     """Everything about a run that is not in its arrays.
 
     Args:
-        job: what was asked for.
+        job: of the result.
         run: what was computed.
         seconds: wall time by stage.
         calibration: of a soft floor, or None.

@@ -108,7 +108,7 @@ class Result:
 
     @cached_property
     def job(self) -> Job:
-        """What was asked for (`job.toml`)."""
+        """The job that the result is of (`job.toml`)."""
         path = self.folder / folders.JOB
         if not path.is_file():
             raise InputError(f"{self.folder}: holds no {folders.JOB}; valid: a result of this version")

@@ -25,7 +25,7 @@ def write(job: Job, run: Reconstruction, calibration: Calibration | None = None)
     """Write a result folder; an earlier result is replaced.
 
     Args:
-        job: what was asked for; its folder is made.
+        job: of the result; its folder is made.
         run: what was computed.
         calibration: of a soft floor, or None.
 

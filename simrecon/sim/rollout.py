@@ -30,7 +30,7 @@ Item = TypeVar("Item")
 Found = TypeVar("Found")
 
 Threads = int | Callable[[], int]
-"""Number of threads, 0 for one per core; or what says it, asked again and again."""
+"""Number of threads, 0 for one per core; or a function that says it, called before each generation."""
 
 
 @dataclass(frozen=True, eq=False)

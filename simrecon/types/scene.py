@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Friction:
-    """Of a surface; what is None does not act.
+    """Of a surface; what is None has no effect.
 
     Attributes:
         sliding: Coulomb coefficient.

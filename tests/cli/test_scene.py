@@ -89,7 +89,7 @@ def test_comments_and_order_stay(file: Path) -> None:
         (["move", "{}", "bench", "up=1"], "unknown 'up'; valid: to, by, turn"),
         (["move", "{}", "bench", "to=1,2"], "to must be a list of three numbers"),
         (["remove", "{}", "bnch"], "did you mean 'bench'?"),
-        (["new", "{}"], "is there already"),
+        (["new", "{}"], "exists already"),
         (["show", "{}", "-o", "x.jpg"], "valid: a name that ends in .png"),
         (["check", "none.toml"], "none.toml: can't read"),
         (["suggest", "none.npz"], "none.npz"),

@@ -263,7 +263,7 @@ def first(tree: Any) -> Any:
 
 
 BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "OpenPose, nobody": (nobody, "people: found nobody"),
+    "OpenPose, nobody": (nobody, "people: found no person"),
     "OpenPose, missing key": (
         changed(openpose, lambda t: t["people"][0].pop("pose_keypoints_2d") and None),
         "clip_000000000006_keypoints.json: people[0].pose_keypoints_2d: found no such key",
@@ -284,7 +284,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
         changed(coco_dataset, lambda t: t["annotations"][2].update(image_id=-7)),
         "annotations[2].image_id",
     ),
-    "COCO, nobody": (changed(coco_dataset, lambda t: t.update(annotations=[])), "people: found nobody"),
+    "COCO, nobody": (changed(coco_dataset, lambda t: t.update(annotations=[])), "people: found no person"),
     "AlphaPose, missing key": (changed(alphapose, lambda t: t[5].pop("keypoints") and None), "[5].keypoints"),
     "AlphaPose, no image": (
         changed(alphapose, lambda t: t[5].pop("image_id") and None),
@@ -308,7 +308,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
         changed(mmpose, lambda t: first(t).update(keypoints=[1.0] * 34)),
         "found shapes (34,)",
     ),
-    "MMPose, nobody": (changed(mmpose, lambda t: t.update(instance_info=[])), "people: found nobody"),
+    "MMPose, nobody": (changed(mmpose, lambda t: t.update(instance_info=[])), "people: found no person"),
     "MMPose, no list": (changed(mmpose, lambda t: t.update(instance_info={})), "instance_info: found a dict"),
     "MMPose, cut": (cut, "damaged JSON"),
 }
@@ -479,7 +479,7 @@ BAD3D: dict[str, tuple[Callable[[Path], Path], str]] = {
         "3d_joints[0]: found shape (135,)",
     ),
     "PHALP, NaN": (lambda f: phalp(f, camera=[np.full(3, np.nan)]), "found NaN"),
-    "PHALP, nobody": (lambda f: phalp(f, tid=[]), "people: found nobody"),
+    "PHALP, nobody": (lambda f: phalp(f, tid=[]), "people: found no person"),
 }
 
 

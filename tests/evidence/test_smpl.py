@@ -523,7 +523,7 @@ def test_bad_files_give_one_clear_line(tmp_path: Path, name: str) -> None:
 
 def test_nobody_in_a_file(tmp_path: Path) -> None:
     path = foreign.save_joblib(tmp_path / "results.pkl", {"people": {}, "camera_world": {}})
-    assert_refused(path, AT_30, "people: found nobody")
+    assert_refused(path, AT_30, "people: found no person")
     path = foreign.save_joblib(tmp_path / "results.pkl", {"people": {"1": "text"}, "camera_world": {}})
     assert_refused(path, AT_30, "people.1: found a str")
 

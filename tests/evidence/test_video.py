@@ -118,7 +118,7 @@ def test_person(clip: Path) -> None:
         found = evidence.read(clip, asked)
         np.testing.assert_allclose(found.keypoints_px[:, [11, 12], 0].mean(axis=1), 129.5, atol=1)
         assert "person 2 of" in found.reading
-        assert "as asked for" in found.reading
+        assert "as chosen" in found.reading
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_person(clip: Path) -> None:
         ({"person": "Bob"}, "--person: found 'Bob'; valid: 1"),
         (
             {"person_at": (5.0, 5.0)},
-            "--person-at: found nobody at 5,5 in 20 frames; valid: a place on one of 1",
+            "--person-at: found no person at 5,5 in 20 frames; valid: a place on one of 1",
         ),
         ({"person_at": (5.0, 5.0), "person": "1"}, "--person: found --person-at beside it"),
         ({"camera": None}, "lens: found none in the video; valid: --camera FILE, or --fov DEGREES"),
@@ -145,7 +145,7 @@ def test_refusals(clip: Path, asked: dict[str, Any], message: str) -> None:
 @fake
 def test_nobody(tmp_path: Path) -> None:
     path = files.write(tmp_path / "empty.mp4", [files.scene([])] * 4)
-    with pytest.raises(InputError, match="people: found nobody in 4 frames"):
+    with pytest.raises(InputError, match="people: found no person in 4 frames"):
         evidence.read(path, Options(camera=lens()))
 
 

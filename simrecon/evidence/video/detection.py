@@ -192,13 +192,13 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
         return InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
     there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
     if choice.at_px is not None and there:
-        where = f"found nobody at {choice.at_px[0]:g},{choice.at_px[1]:g}"
+        where = f"found no person at {choice.at_px[0]:g},{choice.at_px[1]:g}"
         return InputError(f"{path}: --person-at: {where} in {count} frames; valid: a place on one of {there}")
     if choice.number is not None and there:
         people = f"at most {len(follower.first)} people at a time"
         return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
     damaged = f", of {told}: the rest can't be decoded" if count < told else ""
-    nobody = f"found nobody in {count} frames{damaged}"
+    nobody = f"found no person in {count} frames{damaged}"
     return InputError(f"{path}: people: {nobody}; valid: a video that shows a person")
 
 

@@ -115,7 +115,7 @@ def _whom(detected: Detection, choice: Choice) -> str:
         text = "one person"
     else:
         others = detection.described(detected.people_px)
-        reason = "as asked for" if choice != Choice() else "the largest; --person or --person-at chooses"
+        reason = "as chosen" if choice != Choice() else "the largest; --person or --person-at chooses"
         text = f"person {detected.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
     return text
 
