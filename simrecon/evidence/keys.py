@@ -18,7 +18,7 @@ CAMERA = ("camera_K", "camera_dist", "world_to_camera")
 PERSON = ("betas", "mass_kg", "height_m")
 ALL = (
     "schema", "times_s", "image_size_px",
-    *KEYPOINTS, *CAMERA, "ground", *JOINTS, *ROTATIONS, *PERSON,
+    *KEYPOINTS, *CAMERA, "ground", "trust", *JOINTS, *ROTATIONS, *PERSON,
 )  # fmt: skip
 
 # Bounds that only a wrong unit or a typing error crosses.

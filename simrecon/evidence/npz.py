@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon import trust
 from simrecon.evidence import keys
 from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
@@ -95,6 +96,7 @@ def parse(arrays: Arrays) -> Evidence:
         height_m=arrays.scalar("height_m", keys.HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
         camera=keys.camera(arrays, len(times)),
         ground_known="ground" not in arrays or arrays.text("ground", keys.GROUNDS) == "known",
+        trust=_trust(arrays),
         sha256=arrays.sha256,
     )  # fmt: skip
     evidence = keys.with_joints(arrays, keys.with_keypoints(arrays, evidence))
@@ -117,6 +119,15 @@ def _path(camera: Camera, frames: int) -> Array | None:
     return path[0] if cameras.is_still(camera) else path
 
 
+def _trust(arrays: Arrays) -> str:
+    """What the source is worth, checked; `""` where the file does not say."""
+    if "trust" not in arrays:
+        return ""
+    words = str(arrays.array("trust"))
+    trust.parse(words, f"{arrays.source}: trust")
+    return words
+
+
 def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
     """The arrays of a file by key, without the parts that are empty or None."""
     content: dict[str, Any] = {"schema": SCHEMA, "times_s": evidence.times_s}
@@ -133,5 +144,7 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         content |= {"world_to_camera": _path(camera, len(evidence.times_s))}
     if not evidence.ground_known:
         content["ground"] = "unknown"
+    if evidence.trust:
+        content["trust"] = evidence.trust
     content |= {"mass_kg": evidence.mass_kg, "height_m": evidence.height_m}
     return {key: np.asarray(value) for key, value in content.items() if value is not None}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import evidence as readers
+from simrecon import trust
 from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
@@ -46,6 +47,9 @@ def observe(job: Job, progress: Progress | None = None) -> Evidence:
     seen = _read(job, progress) if job.detected is None else readers.read(source)
     readers.check_names(seen, names.valid_names(), source)
     seen = without(seen, job.reading.ignore, source)
+    if job.reading.trust is not None:
+        trust.parse(job.reading.trust, "--trust")
+        seen = replace(seen, trust=job.reading.trust)
     person = job.person
     return replace(seen, height_m=person.height_m or seen.height_m, mass_kg=person.mass_kg or seen.mass_kg)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from simrecon import trust
 from simrecon.body import mass
 from simrecon.evidence import formats
 from simrecon.evidence.axes import AXES, UNITS_M
@@ -111,6 +112,12 @@ class Reading:
         choices=("keypoints", "joints"),
         metavar="PART,…",
         text="parts of the input to leave out: keypoints (2D landmarks), joints (the 3D estimate)",
+    )
+    trust: str | None = option(
+        None,
+        metavar="SOURCE",
+        text=f"how far the input is trusted: {', '.join(trust.names())}; then single values, as in "
+        "world,place_m=0.05 [as its format deserves]",
     )
     model: str | None = option(
         None, choices=MODELS, text="of a video: the pose network [the best one that was fetched]"

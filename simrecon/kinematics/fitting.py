@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from simrecon import body as bodies
+from simrecon import trust
 from simrecon.geometry import camera as cameras
 from simrecon.kinematics import forward, ground, person, search, terms, world
 from simrecon.kinematics.contacts import contact_points
@@ -22,9 +23,11 @@ from simrecon.kinematics.start import start
 from simrecon.kinematics.state import State
 from simrecon.plan import Kinematics
 from simrecon.system import blas
+from simrecon.trust import Trust
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Primitive, Scene
 
 FLOOR_FRAMES = 120  # spread over the clip, which are enough for a plane
+FLOOR_TOLERANCE_M = 0.02  # of motion capture: nearer to zero, its floor is the scene's
 
 
 @blas.one_thread()
@@ -42,24 +45,31 @@ def fit(
     Raises:
         InputError: nothing in the evidence can be used, or no such shape.
     """
-    skeleton, shape = person.measured(evidence, request, plan)
+    worth = trust.of(evidence)
+    skeleton, shape = person.measured(evidence, request, plan, worth)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
-    known_world = evidence.ground_known and evidence.camera is not None and evidence.camera.path is not None
-    plan = terms.switched(plan)
-    see = observe(evidence, skeleton, points, camera, plan)
+    floor = _floor_of(evidence, scene, worth)
+    plan = terms.switched(trust.weighed(plan, worth))
+    see = observe(evidence, skeleton, points, camera, plan, worth)
     parts = person.primitives_of(skeleton, evidence, shape)
     free = plan.shape and (request is None or request.betas is None)  # whether lengths are unknowns
     variables, base = start(skeleton, see, camera, len(bodies.length_names()) if free else 0)
 
-    weights = plan if known_world else terms.floating(plan)
+    weights = plan if floor == "scene" else terms.floating(plan)
     contacts = contact_points(skeleton, parts)
     problem = Problem.of_clip(skeleton, contacts, scene, base, see, weights, lengths=free)
     variables, iterations = _minimise(problem, variables)
-    if not known_world:
-        transform = _floor(problem, variables, evidence, parts)
-        camera = world.moved(camera, transform)
-        problem, variables = _moved(replace(problem, plan=plan), variables, transform, camera)
+    if floor != "scene":
+        skin = _skin(problem, variables, parts)
+        problem = replace(problem, plan=plan)
+        if floor == "level":
+            problem = replace(problem, scene=_laid(scene, ground.lowest(skin[2])))
+        else:
+            transform = ground.transform(*skin, tilt=evidence.joints_frame != "world")
+            transform[2, 3] += scene.ground.height_m
+            camera = world.moved(camera, transform)
+            problem, variables = _moved(problem, variables, transform, camera)
         variables, more = _minimise(problem, variables)
         iterations += more
     distribution = "standard" if request is None else request.distribution
@@ -72,17 +82,33 @@ def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:
     return search.minimise(Objective(problem), partial(curvature, problem), variables, evaluations)
 
 
-def _floor(problem: Problem, variables: Variables, evidence: Evidence, parts: tuple[Primitive, ...]) -> Array:
-    """Transform that brings the ground under the person to the scene's (Gärtner 2022, eq. 7)."""
+def _floor_of(evidence: Evidence, scene: Scene, worth: Trust) -> str:
+    """How the floor is known: one of `trust.FLOORS`.
+
+    The world of motion capture is that of a scene with items, or with a floor that is not at zero.
+    """
+    if worth.floor == "level":
+        ground = scene.ground
+        return "scene" if scene.items or ground.height_m or ground.slope_rad else "level"
+    seen = evidence.ground_known and evidence.camera is not None and evidence.camera.path is not None
+    return "scene" if seen else worth.floor
+
+
+def _laid(scene: Scene, height_m: float) -> Scene:
+    """The scene with its floor at a height, unless that is where it lies."""
+    if abs(height_m) <= FLOOR_TOLERANCE_M:
+        return scene
+    return replace(scene, ground=replace(scene.ground, height_m=height_m))
+
+
+def _skin(problem: Problem, variables: Variables, parts: tuple[Primitive, ...]) -> tuple[Array, Array, Array]:
+    """Points on the surface of the left foot, the right foot and the whole body, in frames over the clip."""
     rows = np.unique(
         np.linspace(0, problem.frames - 1, min(problem.frames, FLOOR_FRAMES)).round().astype(int)
     )
     state = State(problem, variables)
     pose = forward.at(state.pose, rows)
-    skin = ground.skin(problem.skeleton, parts, pose, state.scale, variables.sole_m)
-    transform = ground.transform(*skin, tilt=evidence.joints_frame != "world")
-    transform[2, 3] += problem.scene.ground.height_m
-    return transform
+    return ground.skin(problem.skeleton, parts, pose, state.scale, variables.sole_m)
 
 
 def _moved(

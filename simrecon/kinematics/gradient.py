@@ -68,7 +68,8 @@ class Gradient:
             return np.zeros_like(state.variables.lean), 0.0
         moment = forward.cross(state.targets_m, self.targets).sum(axis=0)  # (T, 3)
         turn = rotations.left_jacobian(state.lean_rad).swapaxes(-1, -2) @ moment[..., None]
-        return state.problem.leans.T @ turn[..., 0], float(np.sum(self.targets * state.targets_m))
+        grown = 0.0 if state.problem.observations.metric else float(np.sum(self.targets * state.targets_m))
+        return state.problem.leans.T @ turn[..., 0], grown
 
     def _of_spheres(self) -> tuple[Array, float]:
         """By the spheres (G, T, 3), and by log scale as far as their radii grow with it."""

@@ -23,6 +23,7 @@ NEAREST, CLIP_M = 20, 0.2
 SIGMA_TILT_RAD = 0.15
 """Cameras are held about level: weighs as much as a frame at one deviation, so that it decides ties only."""
 UNIT_RAD, UNIT_M = 0.05, 0.05
+LOWEST_SHARE = 0.05
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -90,6 +91,11 @@ def transform(left_m: Array, right_m: Array, body_m: Array, *, tilt: bool) -> Ar
     move[:3, :3] = rotations.matrix(rotations.exp(np.array([plane[0], plane[1], 0.0])))
     move[:3, 3] = centre - move[:3, :3] @ centre - plane[2] * UP
     return move
+
+
+def lowest(body_m: Array) -> float:
+    """Height of a level floor under points (T, P, 3) of known height: only errors go below it."""
+    return float(np.quantile(body_m[..., 2].min(axis=1), LOWEST_SHARE))
 
 
 def skin(

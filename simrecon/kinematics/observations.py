@@ -21,7 +21,9 @@ class Observations:
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
         standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
         sitting: (T,) how surely the hips are still, 0 to 1.
-        scale_sigma: how well the skeleton's scale is known (natural logarithm).
+        scale_sigma: how well the skeleton's scale is known (natural logarithm); length_sigma: single lengths.
+        lean_sigma: how far the 3D estimate may lean, rad.
+        metric: the 3D estimate has the person's true size, and does not grow with the person's.
         neutral, spread: (JOINTS, 3) of the joints' rotation vectors: where the search begins, its scale.
         prior: on poses.
     """
@@ -42,6 +44,9 @@ class Observations:
     neutral: Array
     spread: Array
     prior: Prior
+    length_sigma: float = 0.25
+    lean_sigma: float = 0.15
+    metric: bool = False
 
     def part(self, frames: slice | IntArray) -> Observations:
         """Those of some frames."""

@@ -15,11 +15,11 @@ from simrecon.geometry import camera as cameras
 from simrecon.kinematics import world
 from simrecon.kinematics.observations import Observations
 from simrecon.plan import Kinematics
+from simrecon.trust import Trust
 from simrecon.types import Array, Camera, Evidence, Skeleton
 
-# How far the scale of the skeleton may be off, as a natural logarithm: stature given, metric 3D estimate,
-# neither.
-SCALE_SIGMA = {"height": 0.01, "world": 0.05, "other": 0.15}
+# How far the scale of the skeleton may be off, as a natural logarithm, where the stature is known.
+KNOWN_HEIGHT_SIGMA = 0.01
 MIN_SCORE = 0.1
 # A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
 # and smoothed against noise.
@@ -62,7 +62,12 @@ def by_point(evidence: Evidence, skeleton: Skeleton) -> Points:
 
 
 def observe(
-    evidence: Evidence, skeleton: Skeleton, points: Points, camera: Camera | None, plan: Kinematics
+    evidence: Evidence,
+    skeleton: Skeleton,
+    points: Points,
+    camera: Camera | None,
+    plan: Kinematics,
+    worth: Trust,
 ) -> Observations:
     """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
     in_world = points.joints_m
@@ -82,7 +87,6 @@ def observe(
     if use_image and camera is not None:
         rays = np.nan_to_num(cameras.undistort(camera.lens, points.pixels))
     interval = float(evidence.times_s[1] - evidence.times_s[0])
-    known_scale = "height" if evidence.height_m else "world" if evidence.joints_frame == "world" else "other"
 
     def resting(*names: str) -> Array:
         rows = [skeleton.point_names.index(name) for name in names]
@@ -100,17 +104,20 @@ def observe(
         ray_weights=points.scores if use_image else np.zeros_like(points.scores),
         ray_sigma=plan.keypoint_scale_px / focal,
         world_to_camera=cameras.extrinsics(camera) if use_image and camera is not None else None,
-        joints_m=(in_world - root) * (float(np.median(ratios)) if ratios else 1.0),
+        joints_m=(in_world - root) * (float(np.median(ratios)) if ratios and not worth.metric else 1.0),
         joint_weights=points.known * has_hips,
         place_m=root,
         place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
         root_weights=root_weights,
         standing=np.stack([resting(f"{side}_heel", f"{side}_toe") for side in ("left", "right")]),
         sitting=resting("left_hip", "right_hip"),
-        scale_sigma=SCALE_SIGMA[known_scale],
+        scale_sigma=KNOWN_HEIGHT_SIGMA if evidence.height_m else worth.size,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
         prior=prior.make(plan.prior_model, skeleton),
+        length_sigma=worth.lengths,
+        lean_sigma=worth.lean_rad,
+        metric=worth.metric,
     )
 
 

@@ -7,11 +7,12 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon.body import primitives, shape_fit, shaped, shaped_primitives
 from simrecon.plan import Kinematics
+from simrecon.trust import Trust
 from simrecon.types import Evidence, IntArray, Primitive, Skeleton
 
 
 def measured(
-    evidence: Evidence, request: bodies.ShapeRequest | None, plan: Kinematics
+    evidence: Evidence, request: bodies.ShapeRequest | None, plan: Kinematics, worth: Trust
 ) -> tuple[Skeleton, bodies.Shape | None]:
     """Kinematic tree, and a shape if one is requested: betas give lengths, or measured lengths the betas.
 
@@ -19,9 +20,11 @@ def measured(
         evidence: gives the lengths, and stature and mass where they are known.
         request: what the shape should be; None: there is none.
         plan: whether and in which frames lengths are measured.
+        worth: where the estimate is metric, its lengths outweigh a stature that somebody says.
     """
     lengths = bodies.measure(evidence, _seeds(evidence, plan.seed_frames)) if plan.shape else {}
-    skeleton = bodies.scaled(lengths, evidence.height_m, primitives.default_height_m())
+    stature = None if lengths and worth.metric else evidence.height_m
+    skeleton = bodies.scaled(lengths, stature, primitives.default_height_m())
     if request is None:
         return skeleton, None
     if request.betas is not None:

@@ -60,7 +60,8 @@ class State:
     @cached_property
     def targets_m(self) -> Array:
         """The 3D estimate, turned by the lean, at the size of the person, relative to its root, (M, T, 3)."""
-        return self.scale * forward.turned(self.lean_rad, self.problem.observations.joints_m)
+        see = self.problem.observations
+        return (1.0 if see.metric else self.scale) * forward.turned(self.lean_rad, see.joints_m)
 
     @cached_property
     def spheres_m(self) -> Array:

@@ -12,10 +12,11 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon import plan as plans
 from simrecon import scene as scenes
+from simrecon import trust
 from simrecon.body import names
 from simrecon.evidence import sides
 from simrecon.geometry import camera as cameras
-from simrecon.io import provenance
+from simrecon.io import provenance, tables
 from simrecon.job import Job
 from simrecon.metrics import feet, pose
 from simrecon.metrics.clearance import box_clearance
@@ -85,6 +86,7 @@ def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
         "name": name,
         "sha256": evidence.sha256,
         "reading": evidence.reading or None,
+        "trust": tables.to_table(trust.of(evidence)) | {"source": trust.of(evidence).source},
         "exchanged": exchanged,
     }
 

@@ -24,6 +24,7 @@ class Evidence:
         camera: None where no intrinsics are known.
         ground_known: whether the scene's ground is where the world of the camera's path has it; if not, it is
             estimated, as it is without a path.
+        trust: what its source is worth, as `simrecon.trust` reads it; `""`: as its frame usually deserves.
         sha256: of the file it was read from, `""` if made in memory.
         reading: how a foreign file was understood: format, frame, up axis, unit, person.
     """
@@ -39,5 +40,6 @@ class Evidence:
     height_m: float | None = None
     camera: Camera | None = None
     ground_known: bool = True
+    trust: str = ""
     sha256: str = ""
     reading: str = ""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import kinematics
+from simrecon import kinematics, trust
 from simrecon.errors import InputError
 from simrecon.evidence import resample, sides
 from simrecon.geometry import camera as cameras
@@ -16,7 +16,7 @@ from simrecon.geometry import rotations
 from simrecon.kinematics.layout import SEGMENTS
 from simrecon.kinematics.observe import by_point, observe
 from simrecon.plan import Kinematics
-from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
+from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene, SceneItem
 from tests.kinematics.conftest import Makers, Walk
 from tests.support.panning import panning
 
@@ -275,7 +275,8 @@ def test_feet_that_stand_are_known_before_a_panning_camera(make: Makers, weights
     for camera in (still, panning(still, walk.frames)):
         evidence = make.seen(walk, camera)
         skeleton = walk.skeleton
-        see = observe(evidence, skeleton, by_point(evidence, skeleton), evidence.camera, weights)
+        worth = trust.of(evidence)
+        see = observe(evidence, skeleton, by_point(evidence, skeleton), evidence.camera, weights, worth)
         standing.append(see.standing)
     assert standing[0].max() > 0.5
     np.testing.assert_allclose(standing[1], standing[0], atol=0.15)
@@ -300,3 +301,47 @@ def test_a_path_in_a_world_without_a_known_ground_is_moved_with_it(
     assert fit.camera is not None
     np.testing.assert_allclose(cameras.centre_m(fit.camera), cameras.centre_m(carried), atol=0.04)
     assert np.median(fit.reprojection_px) < 4.0
+
+
+def captured(walk: Walk, shift_m: Array) -> Evidence:
+    """Nothing but joints in 3D, each frame (T, 3) shifted."""
+    return Evidence(
+        times_s=walk.times_s,
+        keypoint_names=(),
+        keypoints_px=np.empty((walk.frames, 0, 2)),
+        scores=np.empty((walk.frames, 0)),
+        joint_names=walk.skeleton.point_names,
+        joints_m=np.swapaxes(walk.points_m, 0, 1) + shift_m[:, None],
+        joints_frame="world",
+        trust="mocap",
+    )
+
+
+def test_motion_capture_is_followed_onto_a_step_that_is_in_no_scene(walk: Walk, weights: Kinematics) -> None:
+    rise = 0.3 * np.sin(np.linspace(0, np.pi, T)) ** 2
+    high = captured(walk, np.outer(rise, [0.0, 0.0, 1.0]))
+    fit = kinematics.fit(high, Scene(), weights)
+    assert np.linalg.norm(points(fit) - high.joints_m, axis=-1).mean() < 0.01
+    np.testing.assert_allclose(fit.qpos[:, 2] - walk.root_m[:, 2], rise, atol=0.01)
+
+
+def test_the_floor_is_laid_under_motion_capture(walk: Walk, weights: Kinematics) -> None:
+    low = captured(walk, np.tile([0.0, 0.0, -0.2], (T, 1)))
+    fit = kinematics.fit(low, Scene(), weights)
+    assert fit.scene.ground.height_m == pytest.approx(-0.2, abs=0.02)
+    np.testing.assert_allclose(fit.qpos[:, 2], walk.root_m[:, 2] - 0.2, atol=0.01)
+
+
+def test_motion_capture_shares_its_floor_with_a_scene(walk: Walk, weights: Kinematics) -> None:
+    step = SceneItem("step", "box", (9.0, 0.0, 0.0), {"size_m": (0.4, 0.8, 0.12)})
+    fit = kinematics.fit(captured(walk, np.tile([0.0, 0.0, 0.1], (T, 1))), Scene(items=(step,)), weights)
+    assert fit.scene.ground.height_m == 0.0
+    np.testing.assert_allclose(fit.qpos[:, 2], walk.root_m[:, 2] + 0.1, atol=0.02)
+
+
+def test_motion_capture_settles_the_lengths_whatever_height_is_said(walk: Walk, weights: Kinematics) -> None:
+    said = replace(captured(walk, np.zeros((T, 3))), height_m=1.9)
+    fit = kinematics.fit(said, Scene(), weights)
+    knee = fit.body.skeleton.names.index("left_ankle")
+    ours, true = fit.body.skeleton.offsets_m[knee, 2], walk.skeleton.offsets_m[knee, 2]
+    assert ours == pytest.approx(true, rel=0.01)

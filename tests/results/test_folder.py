@@ -113,7 +113,9 @@ def test_nothing_simulated_is_written_and_read_too(run: Any, tmp_path: Path) -> 
 def test_report_says_where_it_came_from(written: Path, run: Any) -> None:
     said = report(written)
     assert said["schema"] == "simrecon.result/1"
+    trusted = said["input"].pop("trust")
     assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None, "exchanged": {}}
+    assert (trusted["source"], trusted["metric"]) == ("world", False)
     assert (said["plan_name"], said["seed"], said["threads"]) == ("quick", 3, 1)
     assert said["plan"] == plans.to_dict(run.problem.plan)
     assert set(said["versions"]) == {"simrecon", "python", "mujoco", "numpy", "scipy", "nlopt", "opencv"}

@@ -90,6 +90,7 @@ def points_evidence(
         joint_names=tuple(points),
         joints_m=joints @ to_z_up(axis).T,
         joints_frame="world",
+        trust="mocap",
         camera=options.camera,
         sha256=content.sha256,
         reading="; ".join(part for part in (reading, notes) if part),

@@ -8,6 +8,7 @@ below; which axis points up in it is found from the body, or asked for.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def _has(content: Content, keys: tuple[str, ...]) -> str | None:
 
 def read_amass(content: Content, options: Options) -> Evidence:
     """Evidence of an AMASS file."""
-    return _read(content, options, "z")
+    return replace(_read(content, options, "z"), trust="mocap")
 
 
 def read_smpl(content: Content, options: Options) -> Evidence:

@@ -47,7 +47,8 @@ class Joint(_OfEstimate):
         slope = 1 / (1 + np.sum(off**2, axis=-1))
         each = 2 * weight * state.dt * see.joint_weights * slope / sigma**2  # (M, T)
         relative = wide - hessian.jacobian.hips[:, None]
-        relative[..., FREE] -= targets
+        if not see.metric:
+            relative[..., FREE] -= targets
         # a target turned by dρ moves by (J dρ) × q, so the residual by [q]ₓ J dρ
         lean = rotations.skew(targets) @ rotations.left_jacobian(state.lean_rad)[:, None]  # (T, M, 3, 3)
         hessian.frames += gram(np.concatenate((relative, lean), axis=-1), each.T[..., None, None] * np.eye(3))

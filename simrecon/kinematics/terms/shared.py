@@ -11,10 +11,6 @@ from simrecon.kinematics.state import State
 from simrecon.kinematics.terms.term import Term
 
 SOLE_M, SIGMA_SOLE_M = 0.0, 0.015
-# The 3D estimate as a whole leans by some degrees, more or less so as the person turns; lengths measured in
-# it are off by up to 14 per cent (BlazePose): image, floor and balance know better (docs/decisions/0010).
-SIGMA_LEAN_RAD = 0.15
-SIGMA_LENGTH = 0.25
 
 
 class _Shared(Term):
@@ -55,14 +51,14 @@ class Lengths(_Shared):
 
     def loss(self, state: State, gradient: Gradient, unit: float) -> float:
         """Squared logarithms."""
-        lengths = state.variables.lengths
-        gradient.shared[LENGTHS : LENGTHS + len(lengths)] += unit * 2 * lengths / SIGMA_LENGTH**2
-        return unit * float(np.sum(lengths**2)) / SIGMA_LENGTH**2
+        lengths, sigma = state.variables.lengths, state.problem.observations.length_sigma
+        gradient.shared[LENGTHS : LENGTHS + len(lengths)] += unit * 2 * lengths / sigma**2
+        return unit * float(np.sum(lengths**2)) / sigma**2
 
     def curvature(self, state: State, hessian: Hessian, weight: float) -> None:
         """Which is exact."""
         rows = np.arange(LENGTHS, LENGTHS + len(state.variables.lengths))
-        hessian.shared[rows, rows] += weight * 2 / SIGMA_LENGTH**2
+        hessian.shared[rows, rows] += weight * 2 / state.problem.observations.length_sigma**2
 
 
 class Lean(_Shared):
@@ -72,13 +68,11 @@ class Lean(_Shared):
 
     def loss(self, state: State, gradient: Gradient, unit: float) -> float:
         """Squared coefficients."""
-        lean = state.variables.lean
-        gradient.shared[LENGTHS + len(state.variables.lengths) :] += (
-            unit * 2 * lean.ravel() / SIGMA_LEAN_RAD**2
-        )
-        return unit * float(np.sum(lean**2)) / SIGMA_LEAN_RAD**2
+        lean, sigma = state.variables.lean, state.problem.observations.lean_sigma
+        gradient.shared[LENGTHS + len(state.variables.lengths) :] += unit * 2 * lean.ravel() / sigma**2
+        return unit * float(np.sum(lean**2)) / sigma**2
 
     def curvature(self, state: State, hessian: Hessian, weight: float) -> None:
         """Which is exact."""
         rows = np.arange(LENGTHS + len(state.variables.lengths), len(hessian.shared))
-        hessian.shared[rows, rows] += weight * 2 / SIGMA_LEAN_RAD**2
+        hessian.shared[rows, rows] += weight * 2 / state.problem.observations.lean_sigma**2
