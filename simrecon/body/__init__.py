@@ -12,6 +12,7 @@ from simrecon.body.lengths import (
     measure,
     measure_template,
     scaled,
+    stated_lengths,
 )
 from simrecon.body.shape import ShapeSpace
 from simrecon.body.shaped import Shape, ShapeRequest
@@ -31,6 +32,7 @@ __all__ = [
     "measure_template",
     "rescaled",
     "scaled",
+    "stated_lengths",
     "stature_m",
     "t_pose_m",
     "template",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -13,6 +14,16 @@ from simrecon.body import names
 from simrecon.body.skeleton import rescaled, stature_m, t_pose_m, template
 from simrecon.types import Array, Evidence, IntArray, Skeleton
 
+STATED = ("skull", "mtp_rest_drop")
+"""Lengths that evidence may state, beside those of `models/body/skeleton.toml`."""
+STANDING_SHARE = 0.2
+"""Of the frames, in which a foot is believed to stand flat: those where its ball is lowest."""
+DROP_SHARES = (0.018, 0.0545)
+"""From the ankle down to the ball of a standing foot, as shares of stature; the sole is 0.039 below."""
+HEAD_SPREAD = 0.25
+"""A head larger or smaller by more, for the body's size, is not believed: many rigs end it anywhere."""
+FOOT_SPREAD = 0.4
+"""A foot that is larger or smaller by more, for the body's size, is not believed."""
 FOOT_SHARE = (0.065, 0.17)
 """Heel to toe as a share of stature: outside of it an estimate of the foot is not believed."""
 
@@ -33,8 +44,9 @@ def measure(evidence: Evidence, rows: IntArray | None = None) -> dict[str, float
         rows: frames to look at, or None for all.
 
     Returns:
-        By name of `models/body/skeleton.toml`, and `ankle_heel`, `ankle_toe`, `heel_toe`; those that can't be
-        measured are missing.
+        By name of `models/body/skeleton.toml`, and `ankle_heel`, `ankle_toe`, `heel_toe`, `ankle_mtp`,
+        `mtp_drop` (from the ankle down to that joint while the foot stands), `neck_skull`, `skull` (base to
+        top); those that can't be measured are missing. What the evidence states goes before.
     """
     where = {
         int(point): k for k, point in enumerate(names.resolve(evidence.joint_names)) if point != names.IGNORED
@@ -57,9 +69,26 @@ def measure(evidence: Evidence, rows: IntArray | None = None) -> dict[str, float
         return float(np.mean(sides)) if sides else np.nan
 
     measured = {entry["name"]: length(entry["from"], entry["to"]) for entry in _lengths()}
-    for start, end in (("ankle", "heel"), ("ankle", "toe"), ("heel", "toe")):
+    for start, end in (("ankle", "heel"), ("ankle", "toe"), ("heel", "toe"), ("ankle", "mtp")):
         measured[f"{start}_{end}"] = length([f"left_{start}"], [f"left_{end}"])
-    return {name: value for name, value in measured.items() if np.isfinite(value) and value > 0}
+    if evidence.joints_frame == "world":
+        measured["mtp_drop"] = _drop(mean_of)
+    measured["neck_skull"] = length(["neck"], ["skull_base"])
+    measured["skull"] = length(["skull_base"], ["head_top"])
+    known = {name: value for name, value in measured.items() if np.isfinite(value) and value > 0}
+    return known | dict(evidence.lengths_m)
+
+
+def _drop(mean_of: Callable[[list[str]], Array | None]) -> float:
+    """Height of the ankle over the joint of the big toe while that is at its lowest, m; NaN if unknown."""
+    drops = []
+    for side in ("left", "right"):
+        ankle, mtp = mean_of([f"{side}_ankle"]), mean_of([f"{side}_mtp"])
+        if ankle is None or mtp is None or not np.isfinite(ankle + mtp).any():
+            continue
+        low = mtp[:, 2] <= np.nanquantile(mtp[:, 2], STANDING_SHARE)
+        drops.append(float(np.nanmedian(ankle[low, 2] - mtp[low, 2])))
+    return float(np.mean(drops)) if drops else np.nan
 
 
 def _without_noise(lengths_m: Array) -> float:
@@ -88,6 +117,9 @@ def scaled(
     unit = template()
     expected = measure_template(unit)
     ratios = {name: lengths_m[name] / expected[name] for name in expected if name in lengths_m}
+    if "head" not in ratios and "neck_skull" in lengths_m:
+        neck = float(np.linalg.norm(unit.offsets_m[unit.names.index("head")]))
+        ratios["head"] = lengths_m["neck_skull"] / neck
     overall = float(np.median(list(ratios.values()))) if ratios else (height_m or stature_default_m)
     offsets = unit.offsets_m * overall
     points = unit.point_offsets_m * overall
@@ -99,14 +131,20 @@ def scaled(
             for side in {joint, joint.replace("left_", "right_", 1)}:
                 row, column = order[side], "xyz".index(axis)
                 offsets[row, column] = unit.offsets_m[row, column] * ratio
-    head = ratios.get("head", overall)
+    head, feet = _head_ratio(unit, lengths_m, ratios, overall), _feet(unit, lengths_m, overall)
     for row, name in enumerate(unit.point_names):
         if unit.names[unit.point_segments[row]] == "head":
             points[row] = unit.point_offsets_m[row] * head
-        elif name.endswith(("_heel", "_toe")):
-            points[row] = _foot_point(name.split("_")[1], lengths_m, overall, points[row])
+        elif name.endswith(("_heel", "_toe", "_mtp")):
+            which = name.split("_")[1]
+            points[row] = _foot_point(which, lengths_m, overall, feet.get(which, points[row]))
     skeleton = replace(unit, offsets_m=offsets, point_offsets_m=points)
     return skeleton if height_m is None else rescaled(skeleton, height_m / stature_m(skeleton))
+
+
+def stated_lengths() -> tuple[str, ...]:
+    """Names of the lengths that evidence may state."""
+    return (*(entry["name"] for entry in _lengths()), *STATED)
 
 
 def length_names() -> tuple[str, ...]:
@@ -147,6 +185,41 @@ def measure_template(skeleton: Skeleton) -> dict[str, float]:
     return lengths
 
 
+def _head_ratio(
+    unit: Skeleton, lengths_m: dict[str, float], ratios: dict[str, float], overall: float
+) -> float:
+    """Size of the head over that of the template; that of the body where only the neck was measured."""
+    if "skull" in lengths_m:
+        ratio = lengths_m["skull"] / float(
+            np.linalg.norm(unit.point_offsets_m[unit.point_names.index("head_top")])
+        )
+        return ratio if abs(ratio / overall - 1) < HEAD_SPREAD else overall
+    return ratios.get("head", overall) if "head" in lengths_m else overall
+
+
+def _feet(unit: Skeleton, lengths_m: dict[str, float], overall: float) -> dict[str, Array]:
+    """Heel, toe and joint of the big toe by where that joint is over the sole; none where the foot is odd.
+
+    Rigs of animation programs have the joint on the sole, bodies a little over it: the sole is under the
+    joint, and as far under the ankle as the body's size tells, whichever is lower.
+    """
+    low, high = (overall * share for share in DROP_SHARES)
+    drops = [lengths_m[key] for key in ("mtp_drop", "mtp_rest_drop") if low < lengths_m.get(key, 0.0) < high]
+    if not drops or "ankle_mtp" not in lengths_m:
+        return {}
+    at = {
+        name: unit.point_offsets_m[unit.point_names.index(f"left_{name}")] for name in ("heel", "toe", "mtp")
+    }
+    drop, reach = drops[0], lengths_m["ankle_mtp"]
+    forward = float(np.sqrt(max(reach**2 - drop**2, 0.0)))
+    ratio = forward / float(at["mtp"][0])
+    if abs(ratio / overall - 1) > FOOT_SPREAD:
+        return {}
+    sole = max(drop, -overall * float(at["heel"][2]))
+    soles = {name: np.array([ratio * at[name][0], 0.0, -sole]) for name in ("heel", "toe")}
+    return {**soles, "mtp": np.array([forward, 0.0, -drop])}
+
+
 def _foot_point(which: str, lengths_m: dict[str, float], scale: float, default: Array) -> Array:
     """Heel or toe from the triangle ankle-heel-toe, its base level in the T-pose (Heron's formula)."""
     try:
@@ -160,5 +233,7 @@ def _foot_point(which: str, lengths_m: dict[str, float], scale: float, default: 
     if area_squared <= 0:
         return default
     drop = 2 * np.sqrt(area_squared) / c
+    if which == "mtp":
+        return default
     forward = -np.sqrt(a**2 - drop**2) if which == "heel" else np.sqrt(b**2 - drop**2)
     return np.array([forward, 0.0, -drop])

@@ -65,7 +65,8 @@ def stature_m(skeleton: Skeleton) -> float:
     skull = next(
         p for p in resources.toml("models", "body", "primitives.toml")["primitive"] if p["name"] == "skull"
     )
-    ratio = np.linalg.norm(skeleton.offsets_m[head]) / np.linalg.norm(unit.offsets_m[head])
+    middle = skeleton.point_names.index("head")
+    ratio = np.linalg.norm(skeleton.point_offsets_m[middle]) / np.linalg.norm(unit.point_offsets_m[middle])
     top = origins[head, 2] + ratio * (skull["to"][2] + skull["radius"])
     heel = skeleton.point_names.index("left_heel")
     sole = origins[skeleton.point_segments[heel], 2] + skeleton.point_offsets_m[heel, 2]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from simrecon import body as bodies
 from simrecon.io.arrays import Arrays, listed
 from simrecon.types import Array, Camera, Evidence, Lens
 
@@ -15,7 +16,8 @@ JOINTS = ("joint_names", "joints_m", "joints_frame")
 ROTATIONS = ("rotation_names", "rotations")
 GROUNDS = ("known", "unknown")
 CAMERA = ("camera_K", "camera_dist", "world_to_camera")
-PERSON = ("betas", "mass_kg", "height_m")
+LENGTHS = ("length_names", "lengths_m")
+PERSON = ("betas", "mass_kg", "height_m", *LENGTHS)
 ALL = (
     "schema", "times_s", "image_size_px",
     *KEYPOINTS, *CAMERA, "ground", "trust", *JOINTS, *ROTATIONS, *PERSON,
@@ -107,6 +109,21 @@ def _points(arrays: Arrays, key: str, shape: tuple[int | str, ...]) -> Array:
         frame = int(np.argwhere(missing.any(-1) != missing.all(-1))[0, 0])
         arrays.fail(key, f"a vector with some NaN at frame {frame}", "all its components finite, or all NaN")
     return points
+
+
+def lengths(arrays: Arrays) -> tuple[tuple[str, float], ...]:
+    """Lengths that the file states of the person, by name, m."""
+    if not _has(arrays, LENGTHS):
+        return ()
+    names, valid = arrays.names("length_names", "L"), bodies.stated_lengths()
+    if unknown := [name for name in names if name not in valid]:
+        arrays.fail("length_names", f"unknown {listed(unknown)}", ", ".join(valid))
+    values = arrays.finite("lengths_m", ("L",))
+    if (values <= 0).any() or (values > EXTENT_MAX_M).any():
+        arrays.fail(
+            "lengths_m", f"{values.min():g} to {values.max():g}", f"above 0, at most {EXTENT_MAX_M:g} m"
+        )
+    return tuple(zip(names, values.tolist(), strict=True))
 
 
 def with_keypoints(arrays: Arrays, evidence: Evidence) -> Evidence:

@@ -94,6 +94,7 @@ def parse(arrays: Arrays) -> Evidence:
         joint_names=(), joints_m=np.empty(0), joints_frame=keys.FRAMES[0],
         mass_kg=arrays.scalar("mass_kg", keys.MASS_RANGE_KG, "kg") if "mass_kg" in arrays else None,
         height_m=arrays.scalar("height_m", keys.HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
+        lengths_m=keys.lengths(arrays),
         camera=keys.camera(arrays, len(times)),
         ground_known="ground" not in arrays or arrays.text("ground", keys.GROUNDS) == "known",
         trust=_trust(arrays),
@@ -146,5 +147,8 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         content["ground"] = "unknown"
     if evidence.trust:
         content["trust"] = evidence.trust
+    if evidence.lengths_m:
+        names, values = zip(*evidence.lengths_m, strict=True)
+        content |= {"length_names": names, "lengths_m": values}
     content |= {"mass_kg": evidence.mass_kg, "height_m": evidence.height_m}
     return {key: np.asarray(value) for key, value in content.items() if value is not None}

@@ -21,6 +21,7 @@ from simrecon.types import Array, Camera, Evidence, Skeleton
 # How far the scale of the skeleton may be off, as a natural logarithm, where the stature is known.
 KNOWN_HEIGHT_SIGMA = 0.01
 MIN_SCORE = 0.1
+FOOT = ("heel", "toe", "mtp")
 # A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
 # and smoothed against noise.
 STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
@@ -109,7 +110,7 @@ def observe(
         place_m=root,
         place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
         root_weights=root_weights,
-        standing=np.stack([resting(f"{side}_heel", f"{side}_toe") for side in ("left", "right")]),
+        standing=np.stack([resting(*(f"{side}_{end}" for end in FOOT)) for side in ("left", "right")]),
         sitting=resting("left_hip", "right_hip"),
         scale_sigma=KNOWN_HEIGHT_SIGMA if evidence.height_m else worth.size,
         neutral=gaussian.mean_rad,

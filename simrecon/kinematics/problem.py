@@ -68,7 +68,9 @@ class Problem:
             plan: weights and scales of the terms.
             lengths: whether the skeleton's lengths are unknowns; else L is 0.
         """
-        ends = [name.endswith(("_heel", "_toe")) for name in skeleton.point_names]
+        names = skeleton.point_names
+        ends = [name.endswith(("_heel", "_toe")) for name in names]
+        low = [name.endswith(("_heel", "_toe", "_mtp")) for name in names]
         count = None if lengths else 0
         return cls(
             skeleton=skeleton,
@@ -78,7 +80,7 @@ class Problem:
             observations=observations,
             plan=plan,
             feet=np.flatnonzero(ends),
-            drop=np.outer(ends, [0.0, 0.0, -1.0]),
+            drop=np.outer(low, [0.0, 0.0, -1.0]),
             tallness=bodies.length_shares(skeleton)[:count],
             stretch=bodies.length_offsets(skeleton)[:count],
             leans=leans(len(base), observations.interval_s),

@@ -21,6 +21,7 @@ class Evidence:
         joints_m: (T, K, 3), NaN = unknown.
         joints_frame: `world`, `camera` or `camera_root_relative`.
         mass_kg, height_m: what is known of the person, or None.
+        lengths_m: lengths that the source states of the person, by name (`body.lengths.STATED`).
         camera: None where no intrinsics are known.
         ground_known: whether the scene's ground is where the world of the camera's path has it; if not, it is
             estimated, as it is without a path.
@@ -38,6 +39,7 @@ class Evidence:
     joints_frame: str
     mass_kg: float | None = None
     height_m: float | None = None
+    lengths_m: tuple[tuple[str, float], ...] = ()
     camera: Camera | None = None
     ground_known: bool = True
     trust: str = ""

@@ -6,7 +6,7 @@ with R the product of the elementary rotations in the order in which the channel
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from simrecon.evidence.axes import UNITS_M, find_unit, find_up, to_z_up
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
 from simrecon.evidence.options import Options
+from simrecon.geometry import vectors
 from simrecon.types import Array, Evidence
 
 NEEDED = tuple(
@@ -49,13 +50,39 @@ def read(content: Content, options: Options) -> Evidence:
             "joints", f"none that is {', '.join(missing)} (there are {there})", "a human skeleton"
         )
     rest = positions(joints, np.zeros((1, values.shape[1])))[0]
-    return points_evidence(
+    seen = points_evidence(
         content,
         options,
         {name: places[:, index] for name, index in at.items()},
         np.arange(len(places), dtype=np.float64) * (interval_s if options.fps is None else 1 / options.fps),
         rest=upright({name: rest[index] for name, index in at.items()}),
     )
+    shin = (at["left_knee"], at["left_ankle"])
+    ours = seen.joints_m[0, [seen.joint_names.index(name) for name in ("left_knee", "left_ankle")]]
+    metre = float(np.linalg.norm(np.diff(ours, axis=0)) / np.linalg.norm(np.diff(places[0, shin], axis=0)))
+    return replace(seen, lengths_m=_stated(joints, at, rest, metre))
+
+
+def _stated(
+    joints: list[Joint], at: dict[str, int], rest: Array, metre: float
+) -> tuple[tuple[str, float], ...]:
+    """What no pair of joints shows: the skull, and how far the ball of the foot is below the ankle at rest.
+
+    Args:
+        joints: of the hierarchy.
+        at: which of them are ours, by name.
+        rest: (K, 3) their places in the rest pose, file units.
+        metre: of one unit of the file.
+    """
+    lengths: dict[str, float] = {}
+    ends = [joint for joint in joints if joint.parent == at.get("skull_base") and not joint.name]
+    if len(ends) == 1:
+        lengths["skull"] = metre * float(np.linalg.norm(ends[0].offset))
+    if {"left_mtp", "right_mtp"} <= set(at):
+        up = vectors.unit(upright({name: rest[index] for name, index in at.items()}))
+        down = [rest[at[f"{side}_ankle"]] - rest[at[f"{side}_mtp"]] for side in ("left", "right")]
+        lengths["mtp_rest_drop"] = metre * float(np.mean(down, axis=0) @ up)
+    return tuple((name, length) for name, length in lengths.items() if length > 0)
 
 
 def points_evidence(
