@@ -25,6 +25,8 @@ BETA_MAX = 5.0
 """Shape parameters beyond that many standard deviations are refused."""
 HEAD_POINT = "face"
 """How the shape file names the point `head` of models/body/landmarks.toml; `head` is the joint there."""
+POINTS = {"head": HEAD_POINT, "skull_base": "head", "head_top": "crown"}
+"""How the shape file names points that have another name in models/body/landmarks.toml."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +150,21 @@ def skeleton(betas: Array, shapes: ShapeSpace | None = None) -> Skeleton:
             offsets[i] = axes[parent].T @ (origins[i] - origins[parent])
     local = np.zeros_like(unit.point_offsets_m)
     for row, (name, segment) in enumerate(zip(unit.point_names, unit.point_segments, strict=True)):
-        if name not in unit.names:
-            local[row] = axes[segment].T @ (points[name] - origins[segment])
-        elif name == "head":
-            local[row] = points[HEAD_POINT] - origins[segment]
+        point = POINTS.get(name, name)
+        if point in points and (name == "head" or name not in unit.names):
+            local[row] = axes[segment].T @ (points[point] - origins[segment])
+    for side in ("left", "right"):
+        heel, toe, mtp = (unit.point_names.index(f"{side}_{end}") for end in ("heel", "toe", "mtp"))
+        local[mtp] = _along(local[[heel, toe]], unit.point_offsets_m[[heel, toe, mtp]])
     return replace(unit, offsets_m=offsets, point_offsets_m=local)
+
+
+def _along(ends_m: Array, usual_m: Array) -> Array:
+    """The joint of the big toe (3,) between heel and toe (2, 3), as the template has the three (3, 3)."""
+    sole, usual = ends_m[1] - ends_m[0], usual_m[1] - usual_m[0]
+    share = float((usual_m[2] - usual_m[0]) @ usual / (usual @ usual))
+    above = (usual_m[2] - usual_m[0] - share * usual) * np.linalg.norm(sole) / np.linalg.norm(usual)
+    return np.asarray(ends_m[0] + share * sole + above)
 
 
 def stature_m(betas: Array, shapes: ShapeSpace | None = None) -> float:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.geometry import camera as cameras
-from simrecon.kinematics import forward, ground, person, search, terms, world
+from simrecon.kinematics import floor, person, search, terms, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -20,14 +18,9 @@ from simrecon.kinematics.observe import by_point, observe
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.result import result
 from simrecon.kinematics.start import start
-from simrecon.kinematics.state import State
 from simrecon.plan import Kinematics
 from simrecon.system import blas
-from simrecon.trust import Trust
-from simrecon.types import Array, Camera, Evidence, KinematicFit, Primitive, Scene
-
-FLOOR_FRAMES = 120  # spread over the clip, which are enough for a plane
-FLOOR_TOLERANCE_M = 0.02  # of motion capture: nearer to zero, its floor is the scene's
+from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
 
 
 @blas.one_thread()
@@ -49,27 +42,26 @@ def fit(
     skeleton, shape = person.measured(evidence, request, plan, worth)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
-    floor = _floor_of(evidence, scene, worth)
+    known = floor.known(evidence, scene, worth)
     plan = terms.switched(trust.weighed(plan, worth))
     see = observe(evidence, skeleton, points, camera, plan, worth)
     parts = person.primitives_of(skeleton, evidence, shape)
     free = plan.shape and (request is None or request.betas is None)  # whether lengths are unknowns
     variables, base = start(skeleton, see, camera, len(bodies.length_names()) if free else 0)
 
-    weights = plan if floor == "scene" else terms.floating(plan)
+    weights = plan if known == "scene" else terms.floating(plan)
     contacts = contact_points(skeleton, parts)
     problem = Problem.of_clip(skeleton, contacts, scene, base, see, weights, lengths=free)
     variables, iterations = _minimise(problem, variables)
-    if floor != "scene":
-        skin = _skin(problem, variables, parts)
-        problem = replace(problem, plan=plan)
-        if floor == "level":
-            problem = replace(problem, scene=_laid(scene, ground.lowest(skin[2])))
+    if known != "scene":
+        full = replace(problem, plan=plan)
+        if known == "level":
+            problem = replace(full, scene=floor.laid(scene, floor.height_m(problem, variables, parts)))
         else:
-            transform = ground.transform(*skin, tilt=evidence.joints_frame != "world")
-            transform[2, 3] += scene.ground.height_m
+            tilt = evidence.joints_frame != "world"
+            transform = floor.transform(problem, variables, parts, tilt=tilt)
             camera = world.moved(camera, transform)
-            problem, variables = _moved(problem, variables, transform, camera)
+            problem, variables = _moved(full, variables, transform, camera)
         variables, more = _minimise(problem, variables)
         iterations += more
     distribution = "standard" if request is None else request.distribution
@@ -80,35 +72,6 @@ def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:
     """Without poses to optimise the start is the end."""
     evaluations = problem.plan.evaluations if problem.plan.poses else 0
     return search.minimise(Objective(problem), partial(curvature, problem), variables, evaluations)
-
-
-def _floor_of(evidence: Evidence, scene: Scene, worth: Trust) -> str:
-    """How the floor is known: one of `trust.FLOORS`.
-
-    The world of motion capture is that of a scene with items, or with a floor that is not at zero.
-    """
-    if worth.floor == "level":
-        ground = scene.ground
-        return "scene" if scene.items or ground.height_m or ground.slope_rad else "level"
-    seen = evidence.ground_known and evidence.camera is not None and evidence.camera.path is not None
-    return "scene" if seen else worth.floor
-
-
-def _laid(scene: Scene, height_m: float) -> Scene:
-    """The scene with its floor at a height, unless that is where it lies."""
-    if abs(height_m) <= FLOOR_TOLERANCE_M:
-        return scene
-    return replace(scene, ground=replace(scene.ground, height_m=height_m))
-
-
-def _skin(problem: Problem, variables: Variables, parts: tuple[Primitive, ...]) -> tuple[Array, Array, Array]:
-    """Points on the surface of the left foot, the right foot and the whole body, in frames over the clip."""
-    rows = np.unique(
-        np.linspace(0, problem.frames - 1, min(problem.frames, FLOOR_FRAMES)).round().astype(int)
-    )
-    state = State(problem, variables)
-    pose = forward.at(state.pose, rows)
-    return ground.skin(problem.skeleton, parts, pose, state.scale, variables.sole_m)
 
 
 def _moved(

@@ -23,7 +23,7 @@ NEAREST, CLIP_M = 20, 0.2
 SIGMA_TILT_RAD = 0.15
 """Cameras are held about level: weighs as much as a frame at one deviation, so that it decides ties only."""
 UNIT_RAD, UNIT_M = 0.05, 0.05
-LOWEST_SHARE = 0.05
+LOWEST_SHARE, STANCE_SHARE, FEWEST_STANCES = 0.05, 0.25, 5
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -93,8 +93,23 @@ def transform(left_m: Array, right_m: Array, body_m: Array, *, tilt: bool) -> Ar
     return move
 
 
-def lowest(body_m: Array) -> float:
-    """Height of a level floor under points (T, P, 3) of known height: only errors go below it."""
+def level(left_m: Array, right_m: Array, body_m: Array, standing: Array) -> float:
+    """Height of a level floor under a body whose heights are right, m.
+
+    It is where the feet stand. In some frames they stand higher, on things; in a few the sole is too low,
+    because the toes of a foot that pushes off are not bent. Where no foot ever stands it is where the body is
+    lowest, but for errors.
+
+    Args:
+        left_m: (T, P, 3) points of the left foot.
+        right_m: of the right one.
+        body_m: of the whole body.
+        standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
+    """
+    soles = np.stack([points[..., 2].min(axis=1) for points in (left_m, right_m)])  # (2, T)
+    stands = standing > 0.5
+    if stands.sum() >= FEWEST_STANCES:
+        return float(np.quantile(soles[stands], STANCE_SHARE))
     return float(np.quantile(body_m[..., 2].min(axis=1), LOWEST_SHARE))
 
 
