@@ -26,6 +26,7 @@ def from_arrays(
     camera: Camera | None = None,
     height_m: float | None = None,
     mass_kg: float | None = None,
+    trust: str = "",
 ) -> Evidence:
     """Evidence of one person; 2D landmarks, a 3D estimate, or both.
 
@@ -40,6 +41,7 @@ def from_arrays(
         camera: the lens, and its path where it is known.
         height_m: of the person, if known.
         mass_kg: of the person, if known.
+        trust: how far the 3D estimate is to be trusted, such as `mocap`; as `joints_frame` deserves if empty.
 
     Raises:
         InputError: shapes that do not fit, values that are not finite, or unknown names.
@@ -67,6 +69,7 @@ def from_arrays(
         height_m=height_m,
         mass_kg=mass_kg,
         camera=camera,
+        trust=trust,
     )
     checked = check(evidence, SOURCE)
     check_names(checked, names.valid_names(), SOURCE)
