@@ -94,13 +94,13 @@ def parse(arrays: Arrays) -> Evidence:
         joint_names=(), joints_m=np.empty(0), joints_frame=keys.FRAMES[0],
         mass_kg=arrays.scalar("mass_kg", keys.MASS_RANGE_KG, "kg") if "mass_kg" in arrays else None,
         height_m=arrays.scalar("height_m", keys.HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
-        lengths_m=keys.lengths(arrays),
         camera=keys.camera(arrays, len(times)),
         ground_known="ground" not in arrays or arrays.text("ground", keys.GROUNDS) == "known",
         trust=_trust(arrays),
         sha256=arrays.sha256,
     )  # fmt: skip
     evidence = keys.with_joints(arrays, keys.with_keypoints(arrays, evidence))
+    evidence = replace(evidence, lengths_m=keys.lengths(arrays))
     if unused := keys.unused(arrays):
         evidence = replace(evidence, reading=f"{listed(unused)} in the file, not used")
     if not evidence.keypoint_names and not evidence.joint_names:

@@ -21,7 +21,6 @@ LOCAL = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 CM = 100.0
 # Where a chain ends: the landmark that its last bone leads to.
 ENDS = {"head": "nose", "left_wrist": "left_index", "right_wrist": "right_index"}
-TOE_LENGTH_M = 0.05
 
 
 def write(result: Result) -> bytes:
@@ -74,12 +73,12 @@ def _joint(skeleton: Skeleton, segment: int, indent: str) -> Iterator[str]:
     for child in np.flatnonzero(skeleton.parents == segment).tolist():
         yield from _joint(skeleton, child, below)
     if name.endswith("_ankle"):
-        toe = name.replace("ankle", "toe")
-        yield f"{below}JOINT {_named(toe)}"
+        ball, toe = (name.replace("ankle", point) for point in ("mtp", "toe"))
+        yield f"{below}JOINT {_named(ball)}"
         yield f"{below}{{"
-        yield f"{below}\t{_offset(_point(skeleton, toe))}"
+        yield f"{below}\t{_offset(_point(skeleton, ball))}"
         yield f"{below}\tCHANNELS 3 Zrotation Xrotation Yrotation"
-        yield from _end(np.array([TOE_LENGTH_M, 0.0, 0.0]), below + "\t")
+        yield from _end(_point(skeleton, toe) - _point(skeleton, ball), below + "\t")
         yield f"{below}}}"
     elif name in ENDS:
         yield from _end(_point(skeleton, ENDS[name]), below)

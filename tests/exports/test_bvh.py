@@ -11,7 +11,7 @@ import pytest
 from simrecon import cli, evidence, exports, results
 from simrecon.errors import InputError
 from simrecon.evidence.content import Content
-from simrecon.evidence.mocap import bvh
+from simrecon.evidence.mocap import hierarchy
 from simrecon.exports import bvh as writer
 from simrecon.exports.clock import TO_Y_UP
 from simrecon.geometry import rotations
@@ -22,7 +22,7 @@ from tests.support.runs import job_of
 POINTS = tuple(
     f"{side}_{joint}"
     for side in ("left", "right")
-    for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe")
+    for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "mtp")
 )
 
 
@@ -39,7 +39,7 @@ def test_bvh_is_read_back_in_the_same_world(finished: Path) -> None:
     motion, found = results.read_motion(finished), evidence.read(path)
     kept = np.delete(np.arange(10), 4)  # the frame that was dropped is in the file
     np.testing.assert_allclose(found.times_s[kept], motion.times_s - motion.times_s[0], atol=1e-6)
-    for point in ("pelvis", "neck", *POINTS):
+    for point in ("neck", "skull_base", *POINTS):
         ours = motion.joints_m[:, motion.joint_names.index(point)]
         theirs = found.joints_m[:, found.joint_names.index(point)]
         np.testing.assert_allclose(theirs[kept], ours, atol=1e-4, err_msg=point)
@@ -50,7 +50,7 @@ def test_bvh_is_read_back_in_the_same_world(finished: Path) -> None:
 def test_rotations_are_read_back(finished: Path) -> None:
     """The file's rotations, composed anew, are those of the segments to 1e-4 rad."""
     (path,) = exports.export(finished, ("bvh",))
-    joints, interval_s, values = bvh.parse(Content(path, "text"))
+    joints, interval_s, values = hierarchy.parse(Content(path, "text"))
     assert interval_s == pytest.approx(1 / 30, abs=1e-6)
     body, motion = results.open_result(finished).body, results.read_motion(finished)
     quats = motion.qpos[:, 3 : kinematic.coordinates(body)].reshape(len(motion.qpos), -1, 4)

@@ -28,7 +28,7 @@ from scipy.spatial.transform import Rotation
 from simrecon import body as bodies
 from simrecon import kinematics, plan, prior
 from simrecon.evidence.content import open_content
-from simrecon.evidence.mocap import bvh
+from simrecon.evidence.mocap import hierarchy
 from simrecon.geometry import rotations
 from simrecon.types import Array, Evidence, Scene
 
@@ -311,7 +311,7 @@ def _to_ours(world: Array) -> Array:
 
 def _bvh_orientations(path: Path, bones: dict[str, str]) -> Array:
     """World orientations (T, 17, 4) of the character's bones at 30 Hz, in the file's axes."""
-    joints, interval_s, values = bvh.parse(open_content(path))
+    joints, interval_s, values = hierarchy.parse(open_content(path))
     step = round(1 / (RATE_HZ * interval_s))
     values = values[::step]
     world: list[Rotation] = []
