@@ -12,6 +12,7 @@ FLAGS = {
     "person": "--person",
     "person_at": "--person-at",
     "model": "--model",
+    "joints": "--joints",
 }
 """Fields of `Options` that have a meaning for some formats only."""
 OF_VIDEOS = ("person_at", "model")
@@ -22,7 +23,8 @@ TAKES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("wham", "prompthmr"), (*_PLAIN, *_PEOPLE)),
     **dict.fromkeys(("phalp", "sam3d", "openpose", "mmpose", "alphapose", "coco"), _PEOPLE),
     **dict.fromkeys(("deeplabcut", "array"), _PEOPLE),
-    **dict.fromkeys(("bvh", "trc", "c3d"), _MARKERS),
+    "bvh": (*_MARKERS, "joints"),
+    **dict.fromkeys(("trc", "c3d"), _MARKERS),
     "mot": tuple(FLAGS),  # refused whatever is said of it
     "video": (*_PEOPLE, *OF_VIDEOS),
 }
@@ -56,7 +58,7 @@ def refuse(
         usable.add("up")  # of the world in which --camera has its place
     for name, flag in FLAGS.items():
         value = getattr(options, name)
-        if value is not None and name not in usable:
+        if value not in (None, ()) and name not in usable:
             takers = ", ".join(key for key, taken in TAKES.items() if name in taken and key != "mot")
             found = f"{value!r}, which has no meaning for the format {format_name}"
             raise content.fail(

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simrecon.errors import InputError
-from simrecon.evidence import applicable, joining, npz, own
+from simrecon.evidence import applicable, joining, npz, own, plausible
 from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import array, coco, deeplabcut, mmpose, openpose, phalp, sam3d
 from simrecon.evidence.mocap import bvh, c3d, trc
@@ -98,17 +98,17 @@ def read(
     reader = _reader(content, options.format)
     if keypoints is None:
         applicable.refuse(content, options, reader.name)
-        return _checked(_read(content, reader, options), path)
+        return _checked(_read(content, reader, options), path, options)
     content2 = open_content(keypoints)
     reader2 = _reader(content2, None)
     applicable.refuse(content, options, reader.name, other=reader2.name)
     said = Options(person=keypoints_person)
     applicable.refuse(content2, said, reader2.name, person="--keypoints-person")
     first = _read(content, reader, options)
-    others = replace(options, format=None, person=keypoints_person, up=None, unit=None, frame=None)
+    others = replace(options, format=None, person=keypoints_person, up=None, unit=None, frame=None, joints=())
     if others.camera is None and first.camera is not None:
         others = replace(others, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
-    return _checked(joining.join(first, _read(content2, reader2, others), path, keypoints), path)
+    return _checked(joining.join(first, _read(content2, reader2, others), path, keypoints), path, options)
 
 
 def format_of(path: str | os.PathLike[str], name: str | None = None) -> str:
@@ -167,9 +167,10 @@ def _seen(content: Content) -> str:
     return what + (f" with {', '.join(map(str, keys))}" if keys else "")
 
 
-def _checked(evidence: Evidence, path: str | os.PathLike[str]) -> Evidence:
+def _checked(evidence: Evidence, path: str | os.PathLike[str], options: Options) -> Evidence:
     """The checks that all evidence must pass, whatever it was read from."""
     if evidence.keypoint_names and evidence.camera is None:
         raise InputError(f"{os.fspath(path)}: found {joining.NO_LENS}")
     checked = npz.check(evidence, os.fspath(path))
-    return replace(checked, sha256=evidence.sha256, reading=evidence.reading)
+    checked = replace(checked, sha256=evidence.sha256, reading=evidence.reading)
+    return plausible.checked(checked, os.fspath(path), unit_given=options.unit is not None)

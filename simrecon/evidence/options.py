@@ -22,7 +22,9 @@ class Options:
     Attributes:
         format: name of a reader.
         up: axis of the file that points up, one of `AXES`.
-        unit: of lengths, one of `UNITS_M`.
+        unit: of lengths, one of `UNITS_M`, or metres in one.
+        height_m: of the person; tells the unit where nothing else does.
+        joints: of a hierarchy, `ours=theirs` each, where they aren't found.
         frame: `world` or `camera`, for files that hold both.
         person: which one, as the file names it.
         fps: frame rate, Hz; takes precedence over that of the file.
@@ -37,7 +39,9 @@ class Options:
 
     format: str | None = None
     up: str | None = None
-    unit: str | None = None
+    unit: str | float | None = None
+    height_m: float | None = None
+    joints: tuple[str, ...] = ()
     frame: str | None = None
     person: str | None = None
     fps: float | None = None

@@ -119,6 +119,8 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         format=reading.format,
         up=reading.up,
         unit=reading.unit,
+        height_m=job.person.height_m,
+        joints=reading.joints,
         frame=reading.frame,
         person=reading.person,
         fps=reading.fps,

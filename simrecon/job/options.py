@@ -12,7 +12,7 @@ from typing import Any
 from simrecon import trust
 from simrecon.body import mass
 from simrecon.evidence import formats
-from simrecon.evidence.axes import AXES, UNITS_M
+from simrecon.evidence.axes import AXES, UNIT_RANGE_M, UNITS_M
 from simrecon.evidence.camera.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.evidence.options import FRAMES
@@ -67,7 +67,18 @@ class Reading:
     up: str | None = option(
         None, choices=AXES, metavar="AXIS", text=f"axis that points up: {', '.join(AXES)}"
     )
-    unit: str | None = option(None, choices=tuple(UNITS_M), text="unit of lengths in the file")
+    unit: float | str | None = option(
+        None,
+        bounds=UNIT_RANGE_M,
+        choices=tuple(UNITS_M),
+        metavar="UNIT",
+        text=f"unit of lengths in the file: {', '.join(UNITS_M)}, or metres in one, such as 0.0564",
+    )
+    joints: tuple[str, ...] = option(
+        (),
+        metavar="OURS=THEIRS,…",
+        text="joints of a BVH file by name, such as left_knee=Bone_12 [by their place in the hierarchy]",
+    )
     frame: str | None = option(None, choices=FRAMES, text="which motion of a file that holds both [world]")
     person: str | None = option(
         None, metavar="NAME", text="which person of a file with several, as the file names them"

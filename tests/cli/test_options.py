@@ -44,6 +44,12 @@ WORDS = {
     "--betas": ("0.5,-1e-2", "betas", (0.5, -0.01)),
     "--ignore": ("joints", "ignore", ("joints",)),
     "--up": ("-y", "up", "-y"),
+    "--unit": ("0.0564", "unit", 0.0564),
+    "--joints": (
+        "left_knee=Bone 12,left_ankle=Bone 13",
+        "joints",
+        ("left_knee=Bone 12", "left_ankle=Bone 13"),
+    ),
     "--seed": ("12", "seed", 12),
     "--fov": ("40", "fov_deg", 40.0),
 }
@@ -64,6 +70,7 @@ def test_words_become_values(flag: str) -> None:
     [
         ["--fps", "fast"], ["--fps", "1e9"], ["--size", "1920"], ["--size", "0x5"], ["--person-at", "7"],
         ["--seed", "-1"], ["--seed", "1.5"], ["--betas", "nan"], ["--ignore", "camera"], ["--up", "w"],
+        ["--unit", "furlong"], ["--unit", "-1"], ["--unit", "nan"],
     ],
 )  # fmt: skip
 def test_impossible_words_are_one_line_that_says_what_is_valid(words: list[str]) -> None:

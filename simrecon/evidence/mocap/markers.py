@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from simrecon.evidence.axes import UNITS_M, find_unit
+from simrecon.evidence.axes import find_unit, metres
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import names
-from simrecon.evidence.mocap.bvh import NEEDED, points_evidence
+from simrecon.evidence.mocap.points import NEEDED, points_evidence
 from simrecon.evidence.options import Options
 from simrecon.geometry import vectors
 from simrecon.types import Array, Evidence
@@ -37,7 +37,7 @@ def to_evidence(
         raise content.fail("markers", "none that is ever seen", "finite positions")
     at = {names.flat(label): places[:, i] for i, label in reversed(list(enumerate(labels)))}
     unit_name = find_unit(content.source, np.nan, options.unit, unit)[0] if options.unit or unit else "m"
-    points, derived = centres(at, 1.0 / UNITS_M[unit_name])
+    points, derived = centres(at, 1.0 / metres(unit_name))
     if missing := [name for name in NEEDED if name not in points]:
         there = ", ".join(labels[:80])
         raise content.fail(
