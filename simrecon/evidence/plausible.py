@@ -119,5 +119,5 @@ def _floor(evidence: Evidence) -> str:
     low, high = FLOOR_M
     if low <= lowest <= high:
         return ""
-    where = f"found the feet no lower than {lowest:.2f} m"
-    return f"floor: {where}; valid: {low:g} to {high:g} m, or a scene with what they stand on"
+    valid = f"{low:g} to {high:g} m, or a scene with what they stand on; without one it is laid there"
+    return f"floor: found the lowest of the feet at {lowest:.2f} m; valid: {valid}"

@@ -267,6 +267,18 @@ def ordered(bones: tuple[Bone, ...]) -> list[Bone]:
     return walk(bones[0])
 
 
+def test_a_reference_pose_before_the_motion_is_left_out(tmp_path: Path) -> None:
+    text, places = rigs.bvh(PERSON)
+    lines = text.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    lines[first] = " ".join(["0"] * len(lines[first].split()))
+    found = read(tmp_path, "\n".join([*lines, ""]))
+    assert_found(found, {name: place[1:] for name, place in places.items()}, lambda name: name)
+    assert "the first frame is left out" in found.reading
+    assert found.times_s[0] == pytest.approx(1 / 30, abs=1e-4)
+    assert len(read(tmp_path, text).times_s) == rigs.FRAMES
+
+
 # --- the up axis
 
 
@@ -415,4 +427,4 @@ def test_case_of_scaled_units() -> None:
 def test_case_of_a_platform() -> None:
     found, at = case("bvh_stands_on_platform")
     assert at["left_hip"][0, 2] == pytest.approx(1.17, abs=0.005)
-    assert "floor: found the feet no lower than 0.30 m" in found.reading
+    assert "floor: found the lowest of the feet at 0.30 m" in found.reading

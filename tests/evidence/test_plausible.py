@@ -85,7 +85,7 @@ def test_feet_far_from_the_floor_are_said_of_motion_capture() -> None:
     for height, lowest in ((0.3, "0.30"), (-1.0, "-1.00")):
         up = np.tile([0.0, 0.0, height], (T, 1))
         (line,) = said(moved(person(), up))
-        assert line.startswith(f"floor: found the feet no lower than {lowest} m; valid: -0.1 to 0.25 m")
+        assert line.startswith(f"floor: found the lowest of the feet at {lowest} m; valid: -0.1 to 0.25 m")
         assert said(moved(person(worth="world"), up)) == []
 
 

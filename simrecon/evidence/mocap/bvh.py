@@ -20,6 +20,8 @@ from simrecon.io.messages import hint
 from simrecon.types import Array, Evidence
 
 SHOWN = 60  # names of joints in a message
+FEW = 5  # frames, among which none is apart
+APART, APART_SIZE = 4.0, 0.2
 
 
 def matches(content: Content) -> bool:
@@ -35,14 +37,17 @@ def read(content: Content, options: Options) -> Evidence:
     at, notes = points_of(content, joints, places, options.joints)
     if on_top is not None:
         notes.insert(0, _placed(joints, on_top))
+    apart = int(_begins_apart(places[:, list(at.values())]))
+    if apart:
+        notes.append("the first frame is left out: a pose apart from the motion")
     rest = hierarchy.rest(joints)
     at_rest = {name: rest[index] for name, index in at.items()}
     rate = interval_s if options.fps is None else 1 / options.fps
     return points_evidence(
         content,
         options,
-        {name: places[:, index] for name, index in at.items()},
-        np.arange(len(places), dtype=np.float64) * rate,
+        {name: places[apart:, index] for name, index in at.items()},
+        np.arange(apart, len(places), dtype=np.float64) * rate,
         notes="; ".join(notes),
         rest=at_rest,
         stated=_stated(joints, at, places, at_rest),
@@ -115,6 +120,18 @@ def _placed(joints: list[Joint], on_top: BoolArray) -> str:
     if added == count:
         return f"position channels of {count} joints are added to OFFSET"
     return f"position channels of {count} joints: {added} are added to OFFSET, the others stand for it"
+
+
+def _begins_apart(places: Array) -> bool:
+    """Whether the first frame of joints (T, K, 3) is a reference pose, which some programs put first.
+
+    Then some joint goes farther after it than any ever does again, by far, and by a good part of the body.
+    """
+    if len(places) < FEW:
+        return False
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=-1).max(axis=-1)  # (T - 1,)
+    size = float(np.median(np.ptp(places, axis=1).max(axis=-1)))
+    return bool(steps[0] > APART_SIZE * size and steps[0] > APART * steps[1:].max())
 
 
 def _stated(

@@ -19,7 +19,7 @@ from simrecon.geometry import vectors
 from simrecon.types import Array
 
 CANDIDATES = 24  # pairs of limbs that are tried as legs and as arms
-WORST = 45.0  # misfit of a body, names aside, that is none
+WORST = 16.0  # misfit of a body, names aside, that is none
 AGREED = 0.8  # of the frames, in which a foot or knee points to one side
 POINT = 0.01  # of the leg: a branch that reaches no farther ends where it begins
 BENT = 0.2  # of the leg: a knee that far out of line shows where it points
