@@ -107,8 +107,8 @@ def _sources(job: Job, observer: Observer) -> _Sources:
         return _retargeted(job, observer)
     video = inputs.background(job)
     seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
-    for line in seen.reading.splitlines():
-        observer.note(f"read as {line}")
+    for row, line in enumerate(seen.reading.splitlines()):
+        observer.note(line if row else f"read as {line}")
     if job.detected is None and inputs.is_video(job):
         job, seen = _keep(job, seen, observer)
     if video is not None:

@@ -161,7 +161,9 @@ def _top(joints: list[Joint], head: int | None) -> int | None:
     """The end of a head from which nothing branches off."""
     if head is None:
         return None
-    below = [head]
-    while len(children := [i for i, joint in enumerate(joints) if joint.parent == below[-1]]) == 1:
-        below += children
-    return below[-1] if not children and len(below) > 1 else None
+    top = head
+    for i, joint in enumerate(joints[head + 1 :], head + 1):  # depth first
+        if joint.parent != top:
+            return top if joint.parent < head and top != head else None
+        top = i
+    return top if top != head else None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -44,6 +45,7 @@ class Tree:
     places: Array
     words: Sequence[dict[str, float]]
 
+    @cached_property
     def children(self) -> list[list[int]]:
         """Of every joint."""
         below: list[list[int]] = [[] for _ in self.joints]
@@ -134,7 +136,7 @@ def _siblings(seen: Tree) -> Iterator[tuple[int, int]]:
             reach[above] = max(reach[above], reach[i])
     roomy = [
         sorted((child for child in children if depth[child] >= len(LEGS)), key=lambda c: -reach[c])[:KEPT]
-        for children in seen.children()
+        for children in seen.children
     ]
     branching = sorted((group for group in roomy if len(group) > 1), key=lambda group: -reach[group[1]])
     for children in branching[:BRANCHES]:
@@ -143,7 +145,7 @@ def _siblings(seen: Tree) -> Iterator[tuple[int, int]]:
 
 def _below(seen: Tree, branch: int) -> list[list[int]]:
     """Lines from a branch's first joint down to each of its joints, the nearest ones."""
-    children, lines = seen.children(), [[branch]]
+    children, lines = seen.children, [[branch]]
     for line in lines:  # grows while it is walked along
         if len(line) < DEPTH and len(lines) < WIDTH:
             lines += [[*line, child] for child in children[line[-1]]]

@@ -18,6 +18,7 @@ from simrecon.evidence.mocap.limbs import Pair, Tree, deviation
 from simrecon.geometry import vectors
 from simrecon.types import Array
 
+NEAR = 200  # joints above the shoulders that are looked at
 CANDIDATES = 24  # pairs of limbs that are tried as legs and as arms
 WORST = 16.0  # misfit of a body, names aside, that is none
 AGREED = 0.8  # of the frames, in which a foot or knee points to one side
@@ -148,7 +149,7 @@ def _exchanged(pair: Pair) -> Pair:
 
 def _ball(seen: Tree, ankle: int, leg: float) -> int | None:
     """The joint of the toes, if the foot has one."""
-    children = seen.children()
+    children = seen.children
     below = [i for child in children[ankle] for i in (child, *children[child]) if seen.joints[i].name]
     rated = {
         i: deviation("foot_to_leg", seen.distance(ankle, i) / leg)
@@ -163,7 +164,7 @@ def _ball(seen: Tree, ankle: int, leg: float) -> int | None:
 
 def _neck_and_head(seen: Tree, legs: Pair, arms: Pair) -> dict[str, int]:
     """Neck and base of the skull: on the way from where the arms hang to the farthest end that is no limb."""
-    children = seen.children()
+    children = seen.children
     limb = set(legs.roots) | set(arms.roots)
     trunk = set(seen.line(legs.roots[0])[1:])
     start = next(i for i in seen.line(arms.roots[0])[1:])
@@ -171,7 +172,7 @@ def _neck_and_head(seen: Tree, legs: Pair, arms: Pair) -> dict[str, int]:
     while not below and start not in trunk and seen.joints[start].parent >= 0:
         before, start = start, seen.joints[start].parent
         below = [i for i in children[start] if i not in limb and i != before]
-    joints = [i for child in below for i in _descendants(children, child) if seen.joints[i].name]
+    joints = [i for child in below for i in _descendants(children, child) if seen.joints[i].name][:NEAR]
     shoulders = seen.places[:, [triple[0] for triple in arms.sides]].mean(axis=1)
     hips = seen.places[:, [triple[0] for triple in legs.sides]].mean(axis=1)
     up = vectors.unit(shoulders - hips)

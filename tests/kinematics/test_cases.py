@@ -1,0 +1,79 @@
+"""Motion capture of a body of known size: the fit has its size, its place, and where its joints are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simrecon import body as bodies
+from simrecon import cli, evidence, kinematics, results, scene
+from simrecon import plan as plans
+from simrecon.evidence import Options
+from simrecon.types import KinematicFit, Scene
+
+CASES = Path(__file__).resolve().parents[1] / "data" / "cases"
+
+
+def fitted(name: str, place: Scene | None = None, **asked: Any) -> tuple[KinematicFit, dict[str, np.ndarray]]:
+    """The fit, and distances (T,) m of its joints from the file's, by name."""
+    seen = evidence.read(CASES / f"{name}.bvh", Options(**asked))
+    fit = kinematics.fit(seen, place or Scene(), plans.read("default").kinematics)
+    ours, names = kinematics.configurations(fit.body, fit.qpos)[1], fit.body.skeleton.point_names
+    return fit, {
+        point: np.linalg.norm(ours[:, names.index(point)] - seen.joints_m[:, i], axis=-1)
+        for i, point in enumerate(seen.joint_names)
+        if point != "neck"  # rigs have it anywhere
+    }
+
+
+def thigh(fit: KinematicFit) -> float:
+    return bodies.measure_template(fit.body.skeleton)["thigh"]
+
+
+def test_a_person_on_a_platform_stays_there() -> None:
+    fit, off = fitted("bvh_stands_on_platform", scene.read(CASES / "platform.toml"))
+    np.testing.assert_allclose(fit.qpos[:, 2], 1.17, atol=0.005)  # the middle of the hips
+    assert thigh(fit) == pytest.approx(0.41, rel=0.01)
+    assert fit.body.height_m == pytest.approx(1.71, rel=0.02)
+    assert np.mean(list(off.values())) < 0.005
+
+
+@pytest.mark.parametrize("height_m", [None, 1.71])
+def test_a_body_of_known_height(height_m: float | None) -> None:
+    fit, off = fitted("bvh_height_1m71", height_m=height_m)
+    assert fit.body.height_m == pytest.approx(1.71, rel=0.02)
+    assert thigh(fit) == pytest.approx(0.41, rel=0.01)
+    assert np.mean(list(off.values())) < 0.01
+
+
+def test_a_height_alone_is_that_of_the_fit() -> None:
+    fit, off = fitted("bvh_scaled_units", height_m=1.75)
+    assert fit.body.height_m == pytest.approx(1.75, rel=0.02)
+    assert thigh(fit) == pytest.approx(0.41 * 1.75 / 1.71, rel=0.01)
+    assert np.mean(list(off.values())) < 0.01
+
+
+@pytest.mark.slow
+def test_the_platform_on_the_command_line(tmp_path: Path) -> None:
+    case = ["run", str(CASES / "bvh_stands_on_platform.bvh"), "--scene", str(CASES / "platform.toml")]
+    assert cli.main([*case, "-o", str(tmp_path / "out"), "--plan", "quick"]) == 0
+    motion = results.read_motion(tmp_path / "out")
+    hips = [motion.joints_m[:, motion.joint_names.index(f"{side}_hip"), 2] for side in ("left", "right")]
+    np.testing.assert_allclose(np.mean(hips, axis=0), 1.17, atol=0.02)
+    assert results.open_result(tmp_path / "out").body.height_m == pytest.approx(1.71, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_unit_by_number_and_joints_on_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = ["run", str(CASES / "bvh_scaled_units.bvh"), "--unit", "0.025", "--joints", "left_knee=LeftLeg"]
+    assert cli.main([*case, "-o", str(tmp_path / "out"), "--plan", "quick"]) in (0, 3)
+    assert results.open_result(tmp_path / "out").body.height_m == pytest.approx(1.71, rel=0.02)
+    assert "unit 0.025 m (as given)" in capsys.readouterr().err
+    again = ["run", "--job", str(tmp_path / "out" / "job.toml"), "-o", str(tmp_path / "again")]
+    assert cli.main(again) in (0, 3)
+    assert (tmp_path / "again" / "motion.npz").read_bytes() == (tmp_path / "out" / "motion.npz").read_bytes()
