@@ -13,6 +13,7 @@ from simrecon.errors import InputError
 from simrecon.types import Array, Camera
 
 FRAMES = ("world", "camera")
+POINTS = ("joints", "markers")
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Options:
         joints: of a hierarchy, `ours=theirs` each, where they aren't found.
         frame: `world` or `camera`, for files that hold both.
         person: which one, as the file names it.
+        points: what the points of a TRC or C3D file are, one of `POINTS`.
         fps: frame rate, Hz; takes precedence over that of the file.
         video_fps: frame rate of the video, for files without one.
         camera: the lens, for files with landmarks only and videos; with a path of one frame where it is known
@@ -44,6 +46,7 @@ class Options:
     joints: tuple[str, ...] = ()
     frame: str | None = None
     person: str | None = None
+    points: str | None = None
     fps: float | None = None
     video_fps: float | None = None
     camera: Camera | None = None

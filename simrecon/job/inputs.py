@@ -123,6 +123,7 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         joints=reading.joints,
         frame=reading.frame,
         person=reading.person,
+        points=reading.points,
         fps=reading.fps,
         video_fps=rate_hz,
         camera=camera,

@@ -15,7 +15,7 @@ from simrecon.evidence import formats
 from simrecon.evidence.axes import AXES, UNIT_RANGE_M, UNITS_M
 from simrecon.evidence.camera.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
-from simrecon.evidence.options import FRAMES
+from simrecon.evidence.options import FRAMES, POINTS
 from simrecon.evidence.video.weights import MODELS
 from simrecon.io import tables
 
@@ -82,6 +82,11 @@ class Reading:
     frame: str | None = option(None, choices=FRAMES, text="which motion of a file that holds both [world]")
     person: str | None = option(
         None, metavar="NAME", text="which person of a file with several, as the file names them"
+    )
+    points: str | None = option(
+        None,
+        choices=POINTS,
+        text="what the points of a TRC or C3D file are: joints, or markers on the skin [by their names]",
     )
     fps: float | None = option(None, bounds=RATE_RANGE_HZ, metavar="HZ", text="frame rate [that of --video]")
     keypoints: str | None = option(
