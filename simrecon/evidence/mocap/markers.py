@@ -1,146 +1,131 @@
-"""From markers on the skin to joint centres (`models/body/mocap.toml` has names, constants and sources)."""
+"""Evidence of the labelled points of TRC and C3D: markers on the skin, or the joints of a pose network."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from simrecon.evidence.axes import find_unit, metres
+from simrecon.evidence.axes import find_up, to_z_up
 from simrecon.evidence.content import Content
-from simrecon.evidence.mocap import names
-from simrecon.evidence.mocap.points import NEEDED, points_evidence
+from simrecon.evidence.mocap import centres, feet, labels, planar, pointset, size
+from simrecon.evidence.mocap.pointset import NEEDED, PointSet
 from simrecon.evidence.options import Options
-from simrecon.geometry import vectors
 from simrecon.types import Array, Evidence
+
+PLANAR_TRUST = "mocap,joints_m=0.03,place_m=0.03,assume=0.1"
+"""Some centimetres, as networks see the points of the plane; nothing is known across it."""
 
 
 def to_evidence(
-    content: Content, options: Options, labels: Sequence[str], places: Array, times: Array, unit: str | None
+    content: Content,
+    options: Options,
+    names: Sequence[str],
+    places: Array,
+    times: Array,
+    unit: str | None,
+    notes: Sequence[str] = (),
 ) -> Evidence:
-    """Evidence of labelled markers.
+    """Evidence of labelled points.
 
     Args:
         content: the file.
         options: of the user.
-        labels: of the M markers.
+        names: labels of the M points.
         places: (T, M, 3) in the file's unit and axes; NaN = not seen.
         times: (T,) s.
         unit: that the file states, or None.
+        notes: on how the file was read.
 
     Raises:
-        InputError: markers of too few joints.
+        InputError: points of too few joints, of several people, or in no unit that makes a person.
     """
-    if not len(labels) or not len(places):
-        raise content.fail("markers", "none", "a file with markers and frames")
-    if not np.isfinite(places).any():
-        raise content.fail("markers", "none that is ever seen", "finite positions")
-    at = {names.flat(label): places[:, i] for i, label in reversed(list(enumerate(labels)))}
-    unit_name = find_unit(content.source, np.nan, options.unit, unit)[0] if options.unit or unit else "m"
-    points, derived = centres(at, 1.0 / metres(unit_name))
-    if missing := [name for name in NEEDED if name not in points]:
-        there = ", ".join(labels[:80])
-        raise content.fail(
-            "markers", f"none that give {', '.join(missing)} (there are {there})", "a body's markers"
-        )
-    note = f"{len(labels)} markers"
-    if derived:
-        note += f"; estimated from markers beside them: {', '.join(derived)}"
-    return points_evidence(content, options, points, times, unit, note)
+    points = pointset.of(content, options, names, places)
+    near = points.near_joints()
+    if absent := [name for name in NEEDED if name not in near]:
+        raise pointset.missing(content, points, absent[0])
+    metre = size.unit(content, near, options.unit, unit)
+    axis, axis_how = find_up(content.source, size.upright(near), options.up)
+    points = points.at(metre.metre * points.places @ to_z_up(axis).T)
+    flat = planar.depth_axis(points.near_joints())
+    centre, estimates, more = joints(content, points, flat)
+    reading = [
+        f"{len(centre)} joints, unit {metre.name} ({metre.how}), up {axis} ({axis_how})",
+        *points.notes,
+        f"estimated from markers beside them: {', '.join(estimates)}" if estimates else "",
+        "" if {"left_shoulder", "right_shoulder"} <= set(centre) else "no shoulders: the arms are unseen",
+        *more,
+        *notes,
+    ]
+    return Evidence(
+        times_s=times,
+        keypoint_names=(),
+        keypoints_px=np.empty((len(times), 0, 2)),
+        scores=np.empty((len(times), 0)),
+        joint_names=tuple(centre),
+        joints_m=np.stack(list(centre.values()), axis=1),
+        joints_frame="world",
+        trust="mocap" if flat is None else PLANAR_TRUST,
+        camera=options.camera,
+        sha256=content.sha256,
+        reading="; ".join(part for part in reading if part),
+    )
 
 
-def centres(at: Mapping[str, Array], metre: float) -> tuple[dict[str, Array], list[str]]:
-    """Joint centres by name, (T, 3) each, and which of them are estimates.
+def joints(
+    content: Content, points: PointSet, flat: int | None
+) -> tuple[dict[str, Array], list[str], list[str]]:
+    """Joint centres and landmarks (T, 3) by name, which of them are estimates, and notes.
 
     Args:
-        at: markers by flattened name.
-        metre: in the unit of the markers.
+        content: the file, for messages.
+        points: in the world, z up, m.
+        flat: the axis along which they have no depth, if any.
+
+    Raises:
+        InputError: a joint of the legs is missing.
     """
-    points: dict[str, Array] = {}
-    for point, sets in names.table("marker").items():
-        for named, side in names.sides(point):
-            chosen = next(
-                (
-                    s
-                    for s in ([names.on_side(name, side) for name in one] for one in sets)
-                    if set(s) <= set(at)
-                ),
-                None,
-            )
-            if chosen is not None:
-                points[named] = np.mean([at[name] for name in chosen], axis=0)
-    derived = _hips(points, at, metre) + _shoulders(points, at) + _one_sided(points, at, metre)
-    return points, derived
+    centre, skin = points.named("centre"), points.named("skin") if points.kind == "markers" else {}
+    if points.kind == "joints":
+        centre, skin = _of_keypoints(points)
+    notes = []
+    if flat is not None:
+        notes.append(planar.with_depth(centre, skin, flat, size.rough(points.near_joints())))
+    estimates = centres.joints(skin, centre)
+    if absent := [name for name in NEEDED if name not in centre or not np.isfinite(centre[name]).any()]:
+        raise pointset.missing(content, points, absent[0])
+    tall = size.stature_m(centre)
+    notes += [centres.narrowed(centre, tall), _head(centre, tall)]
+    estimates += centres.trunk(skin, centre, tall)
+    notes.append(feet.soles(skin, centre, tall))
+    return centre, estimates, notes
 
 
-def _hips(points: dict[str, Array], at: Mapping[str, Array], metre: float) -> list[str]:
-    """Hip centres from the iliac spines (Harrington et al. 2007)."""
-    table = names.table("pelvis")
-    if "left_hip" in points and "right_hip" in points:
-        return []
-    spines = {
-        (end, side): next((at[n] for n in (names.on_side(m, side) for m in table[end]) if n in at), None)
-        for end in ("front", "back")
-        for side in ("l", "r")
-    }
-    if any(place is None for place in spines.values()):
-        return []
-    front, back = (
-        (np.asarray(spines[end, "l"], float), np.asarray(spines[end, "r"], float))
-        for end in ("front", "back")
-    )
-    middle, behind = (front[0] + front[1]) / 2, (back[0] + back[1]) / 2
-    width = np.linalg.norm(front[0] - front[1], axis=-1, keepdims=True)
-    depth = np.linalg.norm(middle - behind, axis=-1, keepdims=True)
-    left = (front[0] - front[1]) / width
-    forward = middle - behind
-    forward = vectors.unit(forward - np.sum(forward * left, axis=-1, keepdims=True) * left)
-    up = np.cross(forward, left)
-    x, y, z = (
-        slope * size + constant * metre
-        for (slope, constant), size in (
-            (table["depth"], depth),
-            (table["sideways"], width),
-            (table["up"], width),
-        )
-    )
-    for name, sign in (("left_hip", 1.0), ("right_hip", -1.0)):
-        points[name] = middle + x * forward + sign * y * left + z * up
-    return ["left_hip", "right_hip"]
+def _of_keypoints(points: PointSet) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Joint centres and landmarks by name, and the points on the surface of the feet by those of markers."""
+    centre, surface = points.named("centre"), {}
+    named = points.named("keypoint")
+    for side in size.SIDES:
+        tips = [named.pop(name) for name in (f"{side}_toe", f"{side}_small_toe") if name in named]
+        if tips:
+            surface[f"{side}_toe_tip"] = np.mean(tips, axis=0)
+        if (heel := named.pop(f"{side}_heel", None)) is not None:
+            surface[f"{side}_heel"] = heel
+    return named | centre, surface
 
 
-def _shoulders(points: dict[str, Array], at: Mapping[str, Array]) -> list[str]:
-    """Shoulder centres below the acromia (Rab et al. 2002)."""
-    table = names.table("acromion")
-    acromia = [
-        next((at[n] for n in (names.on_side(m, side) for m in table["markers"]) if n in at), None)
-        for side in ("l", "r")
-    ]
-    if acromia[0] is None or acromia[1] is None or "left_hip" not in points or "left_shoulder" in points:
-        return []
-    left, right = acromia[0], acromia[1]
-    down = vectors.unit((points["left_hip"] + points["right_hip"]) / 2 - (left + right) / 2)
-    drop = table["drop"] * np.linalg.norm(left - right, axis=-1, keepdims=True)
-    points["left_shoulder"], points["right_shoulder"] = left + drop * down, right + drop * down
-    return ["left_shoulder", "right_shoulder"]
-
-
-def _one_sided(points: dict[str, Array], at: Mapping[str, Array], metre: float) -> list[str]:
-    """Knees and ankles from their outer marker: inward along the line of the hips, square to the thigh."""
-    derived = []
-    if "left_hip" not in points or "right_hip" not in points:
-        return []
-    across = points["right_hip"] - points["left_hip"]
-    for point, entry in names.table("one_sided").items():
-        for named, side in names.sides(point):
-            marker = next(
-                (at[n] for n in (names.on_side(m, side) for m in entry["markers"]) if n in at), None
-            )
-            if named in points or marker is None:
-                continue
-            along = vectors.unit(marker - points[named.split("_")[0] + "_hip"])
-            inward = across if side == "l" else -across
-            inward = vectors.unit(inward - np.sum(inward * along, axis=-1, keepdims=True) * along)
-            points[named] = marker + entry["inward_m"] * metre * inward
-            derived.append(named)
-    return derived
+def _head(centre: dict[str, Array], stature_m: float) -> str:
+    """Call the point `head` what it is by its distance from the shoulders; a note for the reading."""
+    if not {"head", "left_shoulder", "right_shoulder"} <= set(centre) or {"head_top", "skull_base"} & set(
+        centre
+    ):
+        return ""
+    apart = np.linalg.norm(centre["head"] - size.middle(centre, "shoulder"), axis=-1)
+    if not np.isfinite(apart).any():
+        return ""
+    share = float(np.nanmedian(apart)) / stature_m
+    places = labels.table("head")
+    name = min(places, key=lambda place: abs(np.log(max(share, 1e-6) / places[place])))
+    centre[name] = centre.pop("head")
+    what = {"skull_base": "base of the skull", "head": "middle of the head", "head_top": "top of the head"}
+    return f"head: {what[name]}, by its distance from the shoulders"

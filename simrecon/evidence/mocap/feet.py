@@ -1,0 +1,94 @@
+"""Heels and toes on the sole, from markers on the skin or the shoe (`models/body/markers.toml`, `[foot]`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from simrecon.evidence.mocap.labels import table
+from simrecon.evidence.mocap.size import SIDES, square
+from simrecon.geometry import vectors
+from simrecon.types import Array
+
+
+def soles(skin: Mapping[str, Array], points: dict[str, Array], stature_m: float) -> str:
+    """Add heels and toes, or the joints of the big toes, to the joint centres; a note for the reading.
+
+    The tip of the foot lies beyond the marker on the forefoot, as far from the heel as a foot is long: that
+    marker may be on the knuckles of the toes, on the toes or on the tip of the shoe.
+
+    Args:
+        skin: markers or keypoints by name, `heel`, `toe_tip`, `toe`, `toe_medial` and `toe_lateral` of each
+            side among them, (T, 3) m.
+        points: joint centres by name, which are filled up.
+        stature_m: of the person.
+    """
+    foot, depths = table("foot"), []
+    left = points["left_hip"] - points["right_hip"]
+    for side in SIDES:
+        ankle, heel = points[f"{side}_ankle"], skin.get(f"{side}_heel")
+        front, at_tip = _front(skin, side)
+        if front is None:
+            continue
+        if heel is None:
+            if at_tip:
+                points[f"{side}_toe"] = front
+                points[f"{side}_heel"] = _heel(ankle, front, left, stature_m)
+            else:
+                points[f"{side}_mtp"] = front
+            continue
+        forward = vectors.unit(front - heel)
+        up = square(ankle - heel, forward)
+        depth = _depth(ankle - heel, up, stature_m)
+        length = np.nanmedian(np.linalg.norm(front - heel, axis=-1)) if np.isfinite(forward).any() else 0.0
+        points[f"{side}_heel"] = heel - depth * up
+        points[f"{side}_toe"] = heel + max(length, float(foot["length"]) * stature_m) * forward - depth * up
+        depths.append(depth)
+    return f"soles {1e3 * np.mean(depths):.0f} mm below heels and toes" if depths else ""
+
+
+def _front(skin: Mapping[str, Array], side: str) -> tuple[Array | None, bool]:
+    """The foremost known point of a foot, and whether it is the tip for certain."""
+    for name, at_tip in (("toe_tip", True), ("toe", False)):
+        if f"{side}_{name}" in skin:
+            return skin[f"{side}_{name}"], at_tip
+    knuckles = [skin[name] for name in (f"{side}_toe_medial", f"{side}_toe_lateral") if name in skin]
+    return (np.mean(knuckles, axis=0), False) if len(knuckles) == 2 else (None, False)
+
+
+def _heel(ankle: Array, toe: Array, left: Array, stature_m: float) -> Array:
+    """A heel that nothing shows: behind the ankle on the sole, by the proportions of this body.
+
+    Args:
+        ankle: (T, 3).
+        toe: (T, 3) tip of the foot, on the sole.
+        left: (T, 3) from the right hip to the left one.
+        stature_m: of the person.
+    """
+    foot = table("foot")
+    reach = toe - ankle
+    drop = np.minimum(float(foot["ankle"]) * stature_m, 0.9 * np.linalg.norm(reach, axis=-1, keepdims=True))
+    along = vectors.unit(reach)
+    above = np.cross(along, square(left, along))
+    sine = drop / np.linalg.norm(reach, axis=-1, keepdims=True)
+    cosine = np.sqrt(1 - sine**2)
+    forward, up = cosine * along + sine * above, cosine * above - sine * along
+    back = float(foot["behind"]) * np.linalg.norm(reach, axis=-1, keepdims=True) * cosine
+    return np.asarray(ankle - back * forward - drop * up)
+
+
+def _depth(ankle: Array, up: Array, stature_m: float) -> float:
+    """How far the sole is below the line from heel to toe: what its ankle lacks in height above the line, m.
+
+    Args:
+        ankle: (T, 3) from the heel.
+        up: (T, 3) square to that line.
+        stature_m: of the person.
+    """
+    height = np.sum(ankle * up, axis=-1)
+    if not np.isfinite(height).any():
+        return 0.0
+    foot = table("foot")
+    lacks = float(foot["ankle"]) * stature_m - float(np.nanmedian(height))
+    return float(np.clip(lacks, 0.0, float(foot["deepest"]) * stature_m))
