@@ -84,14 +84,15 @@ def read_trc(path: str | os.PathLike[str]) -> Markers:
     source = content.source
     if not trc.matches(content):
         raise InputError(f"{source}: found no PathFileType at the start; valid: a TRC file")
-    labels, times, places, unit = trc.parse(content)
-    if unit.lower() not in UNITS_M:
-        raise InputError(f"{source}: Units: found {unit!r}; valid: {', '.join(UNITS_M)}")
+    table = trc.parse(content)
+    labels, times, places, unit = table.labels, table.times_s, table.places, table.unit.lower()
+    if unit not in UNITS_M:
+        raise InputError(f"{source}: Units: found {table.unit!r}; valid: {', '.join(UNITS_M)}")
     if len(set(labels)) < len(labels):
         raise InputError(f"{source}: line 4: found {_twice(labels)} more than once; valid: each name once")
     if np.isinf(places).any():
         raise InputError(f"{source}: found infinite values; valid: finite numbers")
-    return Markers(_times(source, times), tuple(labels), to_world(places * UNITS_M[unit.lower()]))
+    return Markers(_times(source, times), tuple(labels), to_world(places * UNITS_M[unit]))
 
 
 def read_mot(path: str | os.PathLike[str]) -> Columns:

@@ -18,9 +18,11 @@ def test_trc_is_read_back_in_the_same_world(run: Any, tmp_path: Path) -> None:
     folder = tmp_path / "squat"
     results.write(job_of(folder), run)
     (path,) = exports.export(folder, ("trc",))
-    labels, times_s, places, unit = trc.parse(Content(path, "text"))
+    table = trc.parse(Content(path, "text"))
+    labels, times_s, places = table.labels, table.times_s, table.places
+    assert table.notes == ()
     motion = results.read_motion(folder)
-    assert unit == "m"
+    assert table.unit == "m"
     kept = np.delete(np.arange(10), 4)  # the frame that was dropped is in the file
     np.testing.assert_allclose(times_s[kept], motion.times_s - motion.times_s[0], atol=1e-6)
     z_up = np.stack((places[..., 0], -places[..., 2], places[..., 1]), axis=-1)
