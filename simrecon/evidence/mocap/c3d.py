@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from simrecon.system import extras
 from simrecon.types import Evidence
 
 _BLOCK = 512
+_OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
+_INTEL, _DEC, _BIG_ENDIAN = 84, 85, 86
+"""Kinds of processor, the fourth byte of the parameters."""
 
 
 def matches(content: Content) -> bool:
@@ -28,7 +33,7 @@ def read(content: Content, options: Options) -> Evidence:
     try:
         file = ezc3d.c3d(content.source)
         point = file["parameters"]["POINT"]
-        labels = [str(label) for label in point["LABELS"]["value"]]
+        labels, outputs = _labels(point), _outputs(point)
         rate, units = float(point["RATE"]["value"][0]), [str(u) for u in point["UNITS"]["value"]]
         places = np.moveaxis(np.asarray(file["data"]["points"], float)[:3], 0, -1)  # (M, T, 3)
         residual = np.asarray(file["data"]["meta_points"]["residuals"], float)[0]  # (M, T)
@@ -37,14 +42,27 @@ def read(content: Content, options: Options) -> Evidence:
         raise content.fail(
             "content", f"damage ({reason})", "a whole C3D file with labelled points"
         ) from error
-    places = np.swapaxes(np.where(residual[..., None] < 0, np.nan, places), 0, 1)
+    unseen = (residual < 0) | (places == 0).all(axis=-1)
+    places = np.swapaxes(np.where(unseen[..., None], np.nan, places), 0, 1)
+    kept = [i for i, label in enumerate(labels[: places.shape[1]]) if label not in outputs]
     rate = options.fps or rate
     if not rate > 0:
         raise content.fail("POINT.RATE", f"{rate:g}", "a frame rate above 0, or --fps")
     times = np.arange(places.shape[0]) / rate
-    return markers.to_evidence(
-        content, options, labels[: places.shape[1]], places, times, units[0] if units else None
-    )
+    names = [labels[i] for i in kept]
+    return markers.to_evidence(content, options, names, places[:, kept], times, units[0] if units else None)
+
+
+def _labels(point: Mapping[str, Any]) -> list[str]:
+    """The labels of all points, which lie in several parameters where there are more than 255."""
+    groups = [name for name in ("LABELS", *(f"LABELS{i}" for i in range(2, 10))) if name in point]
+    return [str(label).strip() for name in groups for label in point[name]["value"]]
+
+
+def _outputs(point: Mapping[str, Any]) -> frozenset[str]:
+    """Labels of what a model has computed: angles, forces and the like, in the columns of points."""
+    groups = (point.get(name, {}).get("value", ()) for name in _OUTPUTS)
+    return frozenset(str(label).strip() for group in groups for label in group)
 
 
 def _check_size(content: Content) -> None:
@@ -52,11 +70,17 @@ def _check_size(content: Content) -> None:
     raw = content.raw
     if len(raw) < _BLOCK:
         raise content.fail("header", size_text(len(raw)), "a whole C3D file")
+    kind_at = max(raw[0] - 1, 0) * _BLOCK + 3
+    kind = raw[kind_at] if kind_at < len(raw) else _INTEL
+    if kind == _BIG_ENDIAN:
+        there = "big-endian numbers (an SGI or MIPS workstation's), which ezc3d does not read"
+        valid = "the file written anew for Intel processors, as Mokka, BTK and Vicon Nexus do, or as TRC"
+        raise content.fail("byte order", there, valid)
     points, _analog, first, last = struct.unpack_from("<4H", raw, 2)
-    (scale,) = struct.unpack_from("<f", raw, 12)
+    floats = raw[13 if kind == _DEC else 15] & 0x80  # the sign of the scale: negative for floating point
     (start,) = struct.unpack_from("<H", raw, 16)
     before = max(start - 1, 0) * _BLOCK
-    claimed = before + points * max(last - first + 1, 0) * (16 if scale < 0 else 8)
+    claimed = before + points * max(last - first + 1, 0) * (16 if floats else 8)
     if claimed > len(raw):
         there = (
             f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"
