@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.evidence.content import Content
@@ -79,7 +78,7 @@ def of(content: Content, options: Options, names: Sequence[str], places: Array) 
     """
     if not len(names) or not len(places):
         raise content.fail("markers", "none", "a file with markers and frames")
-    seen: NDArray[np.bool_] = np.isfinite(places).all(axis=-1).any(axis=0)  # (M,)
+    seen = np.asarray(np.isfinite(places).all(axis=-1).any(axis=0))  # (M,)
     if not seen.any():
         raise content.fail("markers", "none that is ever seen", "finite positions")
     notes = []
