@@ -113,12 +113,12 @@ def test_recorded_trials_keep_their_path(shared_data: Path, trial: str, travel_m
     found = evidence.read(shared_data / "grf" / "opencap_subject4" / f"{trial}.trc")
     hips = (point(found, "left_hip") + point(found, "right_hip")) / 2
     if travel_m is not None:
-        assert np.linalg.norm((hips[-1] - hips[0])[:2]) == pytest.approx(travel_m, abs=0.01)
+        assert np.linalg.norm((hips[-1] - hips[0])[:2]) == pytest.approx(travel_m, abs=0.02)
     else:
         assert hips[:, 2].min() == pytest.approx(0.51, abs=0.01)
         assert hips[:, 2].max() == pytest.approx(1.25, abs=0.01)
     soles = np.minimum(point(found, "left_heel")[:, 2], point(found, "right_heel")[:, 2])
-    assert abs(np.quantile(soles, 0.1)) < 0.02  # heels lie on the laboratory's floor
+    assert abs(np.nanquantile(soles, 0.1)) < 0.02  # heels lie on the laboratory's floor
 
 
 # --- sloppy TRC
