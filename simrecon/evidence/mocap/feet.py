@@ -11,8 +11,13 @@ from simrecon.evidence.mocap.size import SIDES, square
 from simrecon.geometry import vectors
 from simrecon.types import Array
 
+LOWEST_SHARE = 0.05
+"""Of heights that are lower than all others, to leave out errors."""
 
-def soles(skin: Mapping[str, Array], points: dict[str, Array], stature_m: float) -> str:
+
+def soles(
+    skin: Mapping[str, Array], points: dict[str, Array], stature_m: float, *, shod: bool = False
+) -> str:
     """Add heels and toes, or the joints of the big toes, to the joint centres; a note for the reading.
 
     The tip of the foot lies beyond the marker on the forefoot, as far from the heel as a foot is long: that
@@ -23,8 +28,9 @@ def soles(skin: Mapping[str, Array], points: dict[str, Array], stature_m: float)
             side among them, (T, 3) m.
         points: joint centres by name, which are filled up.
         stature_m: of the person.
+        shod: whether soles may be those of shoes, on the floor of a laboratory, which is at zero.
     """
-    foot, depths = table("foot"), []
+    foot, ends = table("foot"), {}
     left = points["left_hip"] - points["right_hip"]
     for side in SIDES:
         ankle, heel = points[f"{side}_ankle"], skin.get(f"{side}_heel")
@@ -40,12 +46,28 @@ def soles(skin: Mapping[str, Array], points: dict[str, Array], stature_m: float)
             continue
         forward = vectors.unit(front - heel)
         up = square(ankle - heel, forward)
-        depth = _depth(ankle - heel, up, stature_m)
         length = np.nanmedian(np.linalg.norm(front - heel, axis=-1)) if np.isfinite(forward).any() else 0.0
-        points[f"{side}_heel"] = heel - depth * up
-        points[f"{side}_toe"] = heel + max(length, float(foot["length"]) * stature_m) * forward - depth * up
-        depths.append(depth)
-    return f"soles {1e3 * np.mean(depths):.0f} mm below heels and toes" if depths else ""
+        toe = heel + max(length, float(foot["length"]) * stature_m) * forward
+        ends[side] = (heel, toe, up, _depth(ankle - heel, up, stature_m))
+    shoe = _shoe(ends) if shod else 0.0
+    for side, (heel, toe, up, depth) in ends.items():
+        points[f"{side}_heel"], points[f"{side}_toe"] = (end - (depth + shoe) * up for end in (heel, toe))
+    if not ends:
+        return ""
+    mean = np.mean([depth + shoe for _, _, _, depth in ends.values()])
+    return f"soles {1e3 * mean:.0f} mm below heels and toes"
+
+
+def _shoe(ends: Mapping[str, tuple[Array, Array, Array, float]]) -> float:
+    """What is left between bare soles and a floor at zero, m: the thickness of shoes, if it can be one."""
+    heights = np.concatenate(
+        [end[:, 2] - depth * up[:, 2] for heel, toe, up, depth in ends.values() for end in (heel, toe)]
+        or [[]]
+    )
+    if not np.isfinite(heights).any():
+        return 0.0
+    lowest = float(np.nanquantile(heights, LOWEST_SHARE))
+    return lowest if 0 < lowest < float(table("foot")["shoe_m"]) else 0.0
 
 
 def _front(skin: Mapping[str, Array], side: str) -> tuple[Array | None, bool]:

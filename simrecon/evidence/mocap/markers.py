@@ -97,7 +97,7 @@ def joints(
     tall = size.stature_m(centre)
     notes += [centres.narrowed(centre, tall), _head(centre, tall)]
     estimates += centres.trunk(skin, centre, tall)
-    notes.append(feet.soles(skin, centre, tall))
+    notes.append(feet.soles(skin, centre, tall, shod=points.kind == "markers"))
     return centre, estimates, notes
 
 
