@@ -13,6 +13,7 @@ FLAGS = {
     "person_at": "--person-at",
     "model": "--model",
     "joints": "--joints",
+    "points": "--points",
 }
 """Fields of `Options` that have a meaning for some formats only."""
 OF_VIDEOS = ("person_at", "model")
@@ -24,7 +25,7 @@ TAKES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("phalp", "sam3d", "openpose", "mmpose", "alphapose", "coco"), _PEOPLE),
     **dict.fromkeys(("deeplabcut", "array"), _PEOPLE),
     "bvh": (*_MARKERS, "joints"),
-    **dict.fromkeys(("trc", "c3d"), _MARKERS),
+    **dict.fromkeys(("trc", "c3d"), (*_MARKERS, *_PEOPLE, "points")),
     "mot": tuple(FLAGS),  # refused whatever is said of it
     "video": (*_PEOPLE, *OF_VIDEOS),
 }

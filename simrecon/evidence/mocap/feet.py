@@ -60,11 +60,8 @@ def soles(
 
 def _shoe(ends: Mapping[str, tuple[Array, Array, Array, float]]) -> float:
     """What is left between bare soles and a floor at zero, m: the thickness of shoes, if it can be one."""
-    heights = np.concatenate(
-        [end[:, 2] - depth * up[:, 2] for heel, toe, up, depth in ends.values() for end in (heel, toe)]
-        or [[]]
-    )
-    if not np.isfinite(heights).any():
+    heights = [end[:, 2] - depth * up[:, 2] for heel, toe, up, depth in ends.values() for end in (heel, toe)]
+    if not any(np.isfinite(each).any() for each in heights):
         return 0.0
     lowest = float(np.nanquantile(heights, LOWEST_SHARE))
     return lowest if 0 < lowest < float(table("foot")["shoe_m"]) else 0.0

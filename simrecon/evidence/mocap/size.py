@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon.evidence.axes import STATURE_RANGE_M, UNITS_M, find_unit
+from simrecon.evidence.axes import STATURE_RANGE_M, UNITS_M, find_unit, metres
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap.labels import table
 from simrecon.geometry import vectors
@@ -27,7 +27,9 @@ class Unit:
     how: str
 
 
-def unit(content: Content, points: Mapping[str, Array], choice: str | None, stated: str | None) -> Unit:
+def unit(
+    content: Content, points: Mapping[str, Array], choice: str | float | None, stated: str | None
+) -> Unit:
     """The unit of length: as given, or as the file says if that makes a person, or else the one that does.
 
     Args:
@@ -42,7 +44,7 @@ def unit(content: Content, points: Mapping[str, Array], choice: str | None, stat
     tall = rough(points)
     name, how = find_unit(content.source, tall, choice, stated or None)
     if choice is not None or not stated:
-        return Unit(UNITS_M[name], name, how)
+        return Unit(metres(name), name, how)
     if not np.isfinite(tall) or PEOPLE_M[0] <= tall * UNITS_M[name] <= PEOPLE_M[1]:
         return Unit(UNITS_M[name], name, how)
     found = f"{stated}, in which the person is about {_length(tall * UNITS_M[name])} tall"
