@@ -79,22 +79,29 @@ def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, An
 
 
 def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
-    """Rows of a table with a header; an empty cell is no value."""
+    """Rows of a table with a header; an empty cell is no value, and a row of empty cells is none."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.DictReader(stream, skipinitialspace=True)
-            rows = [(f"{path}: line {reader.line_num}:", row) for row in reader]
+            rows: list[tuple[str, dict[Any, Any]]]
+            rows = [(f"{path}: line {reader.line_num}:", row) for row in reader if not _is_empty(row)]
             header = reader.fieldnames or ()
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: can't be read as CSV: {error}") from error
     if "input" not in header or not rows:
         raise InputError(f"{path}: found no column 'input', or no rows; valid columns: {', '.join(KEYS)}")
     for where, row in rows:
-        if None in row or None in row.values():
+        if any(cell.strip() for cell in row.pop(None, ())) or None in row.values():
             raise InputError(f"{where} found a row that is not as long as the header ({len(header)} columns)")
     return [
         (where, {key: cell.strip() for key, cell in row.items() if cell.strip()}) for where, row in rows
     ], {}
+
+
+def _is_empty(row: Mapping[str | None, Any]) -> bool:
+    """Whether a spreadsheet left nothing but separators in a row, however many."""
+    cells = [cell for value in row.values() for cell in (value if isinstance(value, list) else [value])]
+    return not any(cell and cell.strip() for cell in cells)
 
 
 def _checked(where: str, row: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from simrecon import resources
 from simrecon.batch import clips
 from simrecon.errors import InputError
 from simrecon.job import inputs
+from tools import CHECKOUT
 
 
 def touch(folder: Path, *names: str) -> None:
@@ -71,6 +72,22 @@ def test_a_manifest_of_toml(tmp_path: Path) -> None:
     assert third.options["person_at_px"] == (640.0, 360.0)
     assert third.options["model"] == "full"
     assert first.scene == second.scene == str(tmp_path / "chair.toml")
+
+
+@pytest.mark.parametrize("rest", ["", ",,\n\n, , \n", ",,,,,\n"])
+def test_rows_that_a_spreadsheet_left_empty_are_none(tmp_path: Path, rest: str) -> None:
+    case = CHECKOUT / "tests" / "data" / "cases" / "manifest_trailing_row.csv"
+    (tmp_path / "bvh_height_1m71.bvh").touch()
+    (tmp_path / "night.csv").write_bytes(case.read_bytes() + rest.encode())
+    (clip,) = clips.collect([str(tmp_path / "night.csv")])
+    assert (clip.plan, clip.options) == ("quick", {"height_m": 1.71})
+
+
+def test_cells_that_a_spreadsheet_left_empty_after_a_row_are_none(tmp_path: Path) -> None:
+    touch(tmp_path, "a.npz")
+    (tmp_path / "night.csv").write_text("input,mass_kg\na.npz,60,,\n", encoding="utf-8")
+    (clip,) = clips.collect([str(tmp_path / "night.csv")])
+    assert clip.options == {"mass_kg": 60}
 
 
 def test_a_manifest_of_csv(tmp_path: Path) -> None:
