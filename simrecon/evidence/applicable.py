@@ -14,6 +14,7 @@ FLAGS = {
     "model": "--model",
     "joints": "--joints",
     "points": "--points",
+    "layout": "--layout",
 }
 """Fields of `Options` that have a meaning for some formats only."""
 OF_VIDEOS = ("person_at", "model")
@@ -22,8 +23,8 @@ TAKES: dict[str, tuple[str, ...]] = {
     "evidence": (),
     **dict.fromkeys(("gvhmr", "gem", "tram", "amass", "smpl"), _PLAIN),
     **dict.fromkeys(("wham", "prompthmr"), (*_PLAIN, *_PEOPLE)),
-    **dict.fromkeys(("phalp", "sam3d", "openpose", "mmpose", "alphapose", "coco"), _PEOPLE),
-    **dict.fromkeys(("deeplabcut", "array"), _PEOPLE),
+    **dict.fromkeys(("phalp", "sam3d", "deeplabcut"), _PEOPLE),
+    **dict.fromkeys(("openpose", "mmpose", "alphapose", "coco", "array"), (*_PEOPLE, "layout")),
     "bvh": (*_MARKERS, "joints"),
     **dict.fromkeys(("trc", "c3d"), (*_MARKERS, *_PEOPLE, "points")),
     "mot": tuple(FLAGS),  # refused whatever is said of it

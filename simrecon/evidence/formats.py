@@ -13,7 +13,15 @@ from dataclasses import dataclass, replace
 from simrecon.errors import InputError
 from simrecon.evidence import applicable, joining, npz, own, plausible
 from simrecon.evidence.content import Content, open_content
-from simrecon.evidence.keypoints import array, coco, deeplabcut, mmpose, openpose, phalp, sam3d
+from simrecon.evidence.keypoints import (
+    array,
+    coco,
+    deeplabcut,
+    mmpose,
+    openpose,
+    phalp,
+    sam3d,
+)
 from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
@@ -105,7 +113,9 @@ def read(
     said = Options(person=keypoints_person)
     applicable.refuse(content2, said, reader2.name, person="--keypoints-person")
     first = _read(content, reader, options)
-    others = replace(options, format=None, person=keypoints_person, up=None, unit=None, frame=None, joints=())
+    others = replace(
+        options, format=None, person=keypoints_person, layout=None, up=None, unit=None, frame=None, joints=()
+    )
     if others.camera is None and first.camera is not None:
         others = replace(others, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
     return _checked(joining.join(first, _read(content2, reader2, others), path, keypoints), path, options)

@@ -29,6 +29,7 @@ class Options:
         frame: `world` or `camera`, for files that hold both.
         person: which one, as the file names it.
         points: what the points of a TRC or C3D file are, one of `POINTS`.
+        layout: of landmarks without names, one of `layouts.all_names()`.
         fps: frame rate, Hz; takes precedence over that of the file.
         video_fps: frame rate of the video, for files without one.
         camera: the lens, for files with landmarks only and videos; with a path of one frame where it is known
@@ -47,6 +48,7 @@ class Options:
     frame: str | None = None
     person: str | None = None
     points: str | None = None
+    layout: str | None = None
     fps: float | None = None
     video_fps: float | None = None
     camera: Camera | None = None

@@ -124,6 +124,7 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         frame=reading.frame,
         person=reading.person,
         points=reading.points,
+        layout=reading.layout,
         fps=reading.fps,
         video_fps=rate_hz,
         camera=camera,

@@ -14,6 +14,7 @@ from simrecon.body import mass
 from simrecon.evidence import formats
 from simrecon.evidence.axes import AXES, UNIT_RANGE_M, UNITS_M
 from simrecon.evidence.camera.fov import FOV_RANGE_DEG, RATE_RANGE_HZ
+from simrecon.evidence.keypoints import layouts
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.evidence.options import FRAMES, POINTS
 from simrecon.evidence.video.weights import MODELS
@@ -87,6 +88,12 @@ class Reading:
         None,
         choices=POINTS,
         text="what the points of a TRC or C3D file are: joints, or markers on the skin [by their names]",
+    )
+    layout: str | None = option(
+        None,
+        choices=layouts.all_names(),
+        metavar="NAME",
+        text="order of landmarks without names, such as coco_17 [by the person's proportions]",
     )
     fps: float | None = option(None, bounds=RATE_RANGE_HZ, metavar="HZ", text="frame rate [that of --video]")
     keypoints: str | None = option(

@@ -35,7 +35,7 @@ OPENSIM = (
     *("ground_pelvis", "back", "hip_{}", "knee_{}", "walker_knee_{}", "ankle_{}", "mtp_{}", "calcn_{}"),
     *("toes_{}", "acromial_{}", "elbow_{}", "radius_hand_{}"),
 )
-NO_FIXED_PLACE = ("mouth", "spine3", "collar")
+NO_FIXED_PLACE = ("mouth", "spine3", "collar", "SmallToe")
 
 
 def both_sides(name: str, left: str, right: str) -> list[str]:

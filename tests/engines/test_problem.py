@@ -69,7 +69,7 @@ def test_observations_are_by_point_of_the_body(make: type[Makers]) -> None:
     fit = make.standing(make.camera)
     skeleton = fit.body.skeleton
     points = kinematics.configurations(fit.body, fit.qpos)[1]
-    names = ("RBigToe", "Nose", "RSmallToe", "spine3", "LHeel")
+    names = ("RBigToe", "Nose", "right_foot_index", "spine3", "LHeel")
     toe, nose, heel = (skeleton.point_names.index(name) for name in ("right_toe", "nose", "left_heel"))
     pixels = cameras.project(make.camera, points[:, [toe, nose, toe, nose, heel]])
     pixels[4, 1] = np.nan

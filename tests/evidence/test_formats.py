@@ -17,6 +17,7 @@ from tests.support import foreign_files as foreign
 from tests.support.reading import observed
 
 T, FPS = foreign.T, foreign.FPS
+APART = np.array([150.0, 0.0])
 K = np.array([[900.0, 0, 640], [0, 900, 360], [0, 0, 1]])
 LENS = Camera(Lens(K, np.zeros(5), (1280, 720)))
 
@@ -38,7 +39,7 @@ def landmarks(folder: Path, frames: range = range(T), people: int = 1) -> Path:
     for t in frames:
         points, scores = foreign.landmarks(17, 100)
         for k in range(people):
-            flat = np.concatenate((points[t] + 900 * k, scores[t][:, None]), axis=1).ravel()
+            flat = np.concatenate((points[t] + APART * k, scores[t][:, None]), axis=1).ravel()
             tree.append({"image_id": f"{t}.jpg", "keypoints": flat.tolist(), "score": 2.0, "idx": k})
     return foreign.save_json(folder / "vitpose.json", tree)
 
@@ -118,7 +119,9 @@ def test_landmarks_of_another_file_are_joined(tmp_path: Path) -> None:
     assert found.camera is not None
     np.testing.assert_allclose(found.camera.lens.matrix_px, K)
     assert found.joint_names[0] == "pelvis"
-    assert found.reading.splitlines()[1] == "AlphaPose: 17 landmarks of 17, for 10 of 12 frames"
+    second = found.reading.splitlines()[1]
+    assert second.startswith("AlphaPose: 17 landmarks of 17; ")
+    assert second.endswith(", for 10 of 12 frames")
 
 
 def test_joining_needs_both_halves_of_one_video(tmp_path: Path) -> None:
@@ -140,7 +143,7 @@ def test_a_person_is_chosen_in_each_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="people: found 2"):
         evidence.read(whole, Options(fps=FPS), keypoints=points)
     found = evidence.read(whole, Options(fps=FPS), keypoints=points, keypoints_person="1")
-    np.testing.assert_allclose(found.keypoints_px, foreign.landmarks(17, 100)[0][:T] + 900, atol=1e-4)
+    np.testing.assert_allclose(found.keypoints_px, foreign.landmarks(17, 100)[0][:T] + APART, atol=1e-4)
 
 
 def test_evidence_is_checked_whatever_it_was_read_from(tmp_path: Path) -> None:
@@ -157,7 +160,8 @@ def test_the_reading_says_how_both_files_were_read(tmp_path: Path) -> None:
     seen = observed(network(tmp_path), "--fps", "30", "--keypoints", str(landmarks(tmp_path)))
     first, second = seen.reading.splitlines()
     assert first.startswith("GVHMR: SMPL-X parameters, frame world, up y (this format's convention)")
-    assert second == "AlphaPose: 17 landmarks of 17, for 12 of 12 frames"
+    assert second.startswith("AlphaPose: 17 landmarks of 17; ")
+    assert second.endswith(", for 12 of 12 frames")
     assert len(seen.times_s) == T
 
 

@@ -211,7 +211,7 @@ def test_points_named_twice_are_averaged_and_ignored_names_are(
     toe = evidence.keypoint_names.index("left_toe")
     extra: Evidence = replace(
         evidence,
-        keypoint_names=(*evidence.keypoint_names, "LSmallToe", "spine3"),
+        keypoint_names=(*evidence.keypoint_names, "left_foot_index", "spine3"),
         keypoints_px=np.concatenate((evidence.keypoints_px, evidence.keypoints_px[:, [toe, toe]]), axis=1),
         scores=np.ones((T, len(evidence.keypoint_names) + 2)),
     )

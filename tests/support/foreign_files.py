@@ -16,7 +16,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from simrecon.evidence.keypoints import layouts
 from simrecon.geometry import rotations
+from tests.support import people
 
 T = 12
 FPS = 30.0
@@ -212,12 +214,19 @@ def save_json(path: Path, tree: Any) -> Path:
 # --- landmarks in the image
 
 
+USUAL = {len(layouts.layout(name)): name for name in reversed(layouts.all_names())}
+"""By number of landmarks the first layout that has so many."""
+
+
 def landmarks(count: int, frames: int = T, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Moving landmarks (T, J, 2) in pixels and scores (T, J)."""
+    """Landmarks (T, J, 2), px, of a walk, or of nobody without a layout, and scores (T, J)."""
     rng = np.random.default_rng(seed)
+    scores = rng.uniform(0.4, 1, (frames, count))
+    if count in USUAL:
+        return people.landmarks(layouts.layout(USUAL[count]), frames, seed), scores
     start = rng.uniform(200, 400, (1, count, 2))
     drift = np.linspace(0, 30, frames)[:, None, None] * rng.uniform(0.5, 1, (1, count, 2))
-    return start + drift, rng.uniform(0.4, 1, (frames, count))
+    return start + drift, scores
 
 
 # --- BVH by another route

@@ -18,6 +18,14 @@ from simrecon.evidence.options import Options
 from simrecon.types import Evidence
 
 HIDDEN_SCORE = 0.5
+ORDER = layouts.Order(
+    "keypoints",
+    (
+        "coco_17", "h36m_17", "halpe_26", "openpose_25", "openpose_25b", "vitpose_25", "mpii_16", "aic_14",
+        "crowdpose_14", "lsp_14", "openpose_18", "wholebody_133", "halpe_136",
+    ),
+)  # fmt: skip
+ALPHAPOSE = layouts.Order("keypoints", ("coco_17", "halpe_26", "wholebody_133", "halpe_136"))
 
 
 def matches_coco(content: Content) -> bool:
@@ -46,15 +54,16 @@ def _is_results(tree: Any) -> bool:
 def read_coco(content: Content, options: Options) -> Evidence:
     """Evidence of COCO's results or of a COCO dataset."""
     if isinstance(content.tree, list):
-        return _results(content, content.tree, options, ("coco_17", "wholebody_133", "halpe_26", "halpe_136"))
+        return _results(content, content.tree, options, ORDER)
     images = {one.get("id"): one for one in content.tree["images"] if isinstance(one, Mapping)}
-    order = {name: i for i, name in enumerate(sorted(images, key=lambda key: _image_order(images[key])))}
-    numbers = {key: entries.number(str(images[key].get("file_name", "")), order[key]) for key in images}
-    if len(set(numbers.values())) < len(numbers):
-        numbers = order
+    listed, note = entries.numbers([str(one.get("file_name", key)) for key, one in images.items()])
+    numbers = dict(zip(images, listed, strict=True))
+    _check_size(content, images, options)
     detections, count = [], 0
     for k, one in enumerate(content.tree["annotations"]):
         key = f"annotations[{k}]"
+        if entries.lacks(one, "keypoints"):
+            continue
         values = entries.triples(content, f"{key}.keypoints", entries.get(one, "keypoints"), count)
         count = len(values)
         if entries.get(one, "image_id") not in numbers:
@@ -66,36 +75,51 @@ def read_coco(content: Content, options: Options) -> Evidence:
                 numbers[one["image_id"]], values[:, :2], scores, None if who is None else str(who)
             )
         )
-    return tracks.to_evidence(
-        content, detections, _category(content, count) if detections else (), options, "a COCO dataset"
-    )
+    names = _category(content, count) if detections else ()
+    text = "; ".join(part for part in ("a COCO dataset", note) if part)
+    return tracks.to_evidence(content, detections, names, options, text)
 
 
 def read_alphapose(content: Content, options: Options) -> Evidence:
     """Evidence of AlphaPose's results."""
-    return _results(content, content.tree, options, layouts.BY_COUNT)
+    return _results(content, content.tree, options, ALPHAPOSE)
 
 
-def _category(content: Content, count: int) -> tuple[str, ...]:
+def _category(content: Content, count: int) -> tuple[str, ...] | layouts.Order:
     for one in content.tree.get("categories", ()):
         if isinstance(one, Mapping) and len(one.get("keypoints", ())) == count:
             return layouts.known(one["keypoints"])
-    return layouts.by_count(content, "annotations", count, ("coco_17", "wholebody_133"))
+    return layouts.Order("annotations", ORDER.allowed)
 
 
-def _results(content: Content, tree: Sequence[Any], options: Options, allowed: Sequence[str]) -> Evidence:
+def _check_size(content: Content, images: Mapping[Any, Mapping[str, Any]], options: Options) -> None:
+    """The size that a dataset states of its images, against that of the lens."""
+    sizes = {(one.get("width"), one.get("height")) for one in images.values()}
+    if options.camera is None or len(sizes) != 1 or None in (size := next(iter(sizes))):
+        return
+    if tuple(size) != tuple(options.camera.lens.image_size_px):
+        wide, high = options.camera.lens.image_size_px
+        raise content.fail("images", f"{size[0]} x {size[1]} px for a lens of {wide} x {high} px", "one size")
+
+
+def _results(content: Content, tree: Sequence[Any], options: Options, order: layouts.Order) -> Evidence:
     ids = [entries.get(one, "image_id") for one in tree]
     for k, name in enumerate(ids):
         if not isinstance(name, (int, str)):
             there = "no such key" if name is None else f"a {type(name).__name__}"
             raise content.fail(f"[{k}].image_id", there, "a number or a file name")
-    order = {name: i for i, name in enumerate(sorted(set(ids), key=lambda name: (str(type(name)), name)))}
-    detections, count = [], 0
+    named = sorted({name for name in ids if isinstance(name, str)})
+    listed, note = entries.numbers(named)
+    frames = dict(zip(named, listed, strict=True))
+    detections, count, empty = [], 0, 0
     for k, one in enumerate(tree):
+        if entries.lacks(one, "keypoints"):
+            empty += 1
+            continue
         values = entries.triples(content, f"[{k}].keypoints", entries.get(one, "keypoints"), count)
         count = len(values)
         name = one["image_id"]
-        frame = name if type(name) is int else entries.number(str(name), order[name])
+        frame = frames[name] if isinstance(name, str) else int(name)
         who = one.get("idx", one.get("track_id"))
         who = who[0] if isinstance(who, list) and who else who
         detections.append(
@@ -103,10 +127,6 @@ def _results(content: Content, tree: Sequence[Any], options: Options, allowed: S
                 frame, values[:, :2], values[:, 2], None if isinstance(who, (list, type(None))) else str(who)
             )
         )
-    names = layouts.by_count(content, "keypoints", count, allowed)
-    return tracks.to_evidence(content, detections, names, options)
-
-
-def _image_order(image: Mapping[str, Any]) -> tuple[int, str]:
-    name = str(image.get("file_name", image.get("id")))
-    return entries.number(name, 0), name
+    notes = [note, f"{empty} empty people left out" if empty else ""]
+    text = "; ".join(part for part in notes if part)
+    return tracks.to_evidence(content, detections, order, options, text)

@@ -48,7 +48,9 @@ def read(content: Content, options: Options) -> Evidence:
             scores = np.nan_to_num(places[:, 2])
             if (scores > 0).any():
                 detections.append(tracks.detection(frame, places[:, :2], scores, person or None, index))
-    return tracks.to_evidence(content, detections, names, options)
+    crowns = [label for label, name in zip(labels, names, strict=True) if name == "head_top"]
+    note = f"{crowns[0]} taken for the top of the head" if crowns and "top" not in crowns[0].lower() else ""
+    return tracks.to_evidence(content, detections, names, options, note)
 
 
 def _numbers(content: Content, line: str, row: list[str], count: int) -> tuple[int, Array]:

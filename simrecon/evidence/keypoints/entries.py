@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from simrecon.evidence.content import Content
 from simrecon.evidence.values import as_array
 from simrecon.types import Array
+
+# Confidences: 0 to 1, or a visibility of 0 to 2; some networks exceed that.
+SCORES = (-0.5, 10.0)
+NUMBER_MAX = 10**12
 
 
 def get(one: Any, key: str) -> Any:
@@ -32,16 +38,63 @@ def floats(content: Content, key: str, value: Any) -> Array:
     return array.astype(float)
 
 
+def lacks(one: Any, key: str) -> bool:
+    """Whether the value of a key is null or an empty list, as some write a person without landmarks."""
+    if not isinstance(one, Mapping) or key not in one:
+        return False
+    return one[key] is None or (isinstance(one[key], (list, tuple)) and not len(one[key]))
+
+
 def triples(content: Content, key: str, value: Any, count: int) -> Array:
-    """A flat list of x, y and confidence, (J, 3)."""
+    """A flat list of x, y and confidence, (J, 3), or a list of such triples."""
     flat = floats(content, key, value).reshape(-1)
     if len(flat) % 3 or (count and len(flat) != 3 * count):
         valid = "x, y, confidence of each landmark" + (f", {count} landmarks" if count else "")
         raise content.fail(key, f"{len(flat)} numbers", valid)
-    return flat.reshape(-1, 3)
+    listed = flat.reshape(-1, 3)
+    third = listed[np.isfinite(listed[:, 2]), 2]
+    low, high = SCORES
+    if ((third < low) | (third > high)).any():
+        text = f"third numbers from {third.min():.3g} to {third.max():.3g}, which are no confidences"
+        raise content.fail(
+            key, text, "x, y in pixels and confidence; 3D joints in a format that is known for them"
+        )
+    return listed
+
+
+def numbers(names: Sequence[str]) -> tuple[list[int], str]:
+    """Numbers of frames from the names of their files, and a word on it where they are not the last ones.
+
+    That is the last number in each name; else the one that is another in each; else the order of the names.
+    """
+    stems = [re.sub(r"_keypoints$", "", _stem(name)) for name in names]
+    digits = [re.findall(r"\d+", stem) for stem in stems]
+    for back in range(1, min((len(found) for found in digits), default=0) + 1):
+        values = [int(found[-back]) for found in digits]
+        if len(set(values)) == len(values) and max(values) < NUMBER_MAX:
+            note = (
+                "" if back == 1 else f"frames numbered by the number before the last {back - 1} in the names"
+            )
+            return values, note
+    natural = sorted(
+        range(len(names)), key=lambda i: [_natural(word) for word in re.split(r"(\d+)", stems[i])]
+    )
+    order = {i: rank for rank, i in enumerate(natural)}
+    note = (
+        "no number in the names tells the frames apart: in the order of the names" if len(names) > 1 else ""
+    )
+    return [order[i] for i in range(len(names))], note
+
+
+def _natural(word: str) -> tuple[int, int, str]:
+    return (0, int(word), "") if word.isdecimal() else (1, 0, word)
+
+
+def _stem(name: str) -> str:
+    return name.rsplit("/", 1)[-1].rsplit(".", 1)[0]
 
 
 def number(name: str, fallback: int) -> int:
     """The last number in a file name without its ending: that of the frame."""
-    digits = re.findall(r"\d+", name.rsplit("/", 1)[-1].rsplit(".", 1)[0])
-    return int(digits[-1]) if digits and len(digits[-1]) < 13 else fallback
+    digits = re.findall(r"\d+", _stem(name))
+    return int(digits[-1]) if digits and int(digits[-1]) < NUMBER_MAX else fallback

@@ -8,11 +8,13 @@ from typing import Any
 
 from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import entries, layouts, tracks
-from simrecon.evidence.keypoints.tracks import Detection
+from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
 from simrecon.types import Evidence
 
-LAYOUTS = ("openpose_25", "openpose_18")
+ORDER = layouts.Order(
+    "pose_keypoints_2d", ("openpose_25", "openpose_25b", "openpose_18", "openpose_15", "vitpose_25")
+)
 
 
 def matches(content: Content) -> bool:
@@ -27,13 +29,16 @@ def read(content: Content, options: Options) -> Evidence:
     if content.kind != "folder":
         raise content.fail("people", "a single frame", "the folder with the files of all frames")
     detections: list[Detection] = []
-    count = 0
-    for i, path in enumerate(content.json_files):
+    count = empty = 0
+    numbers, note = entries.numbers([path.name for path in content.json_files])
+    for frame, path in zip(numbers, content.json_files, strict=True):
         one = open_content(path)
         if not _is_frame(one.tree):
             raise one.fail("people", "no such list", "OpenPose's file of a frame")
-        frame = entries.number(path.name.removesuffix("_keypoints.json"), i)
         for k, person in enumerate(one.tree["people"]):
+            if entries.lacks(person, "pose_keypoints_2d"):
+                empty += 1
+                continue
             values = entries.triples(
                 one, f"people[{k}].pose_keypoints_2d", entries.get(person, "pose_keypoints_2d"), count
             )
@@ -41,8 +46,9 @@ def read(content: Content, options: Options) -> Evidence:
             ids = person.get("person_id")
             who = str(ids[0]) if isinstance(ids, list) and ids and ids[0] not in (-1, None) else None
             detections.append(tracks.detection(frame, values[:, :2], values[:, 2], who))
-    names = layouts.by_count(content, "pose_keypoints_2d", count, LAYOUTS) if detections else ()
-    return tracks.to_evidence(content, detections, names, options, f"{len(content.json_files)} files")
+    notes = [f"{len(content.json_files)} files", note, f"{empty} empty people left out" if empty else ""]
+    text = "; ".join(part for part in notes if part)
+    return tracks.to_evidence(content, detections, ORDER, options, text, centred=True)
 
 
 def _is_frame(tree: Any) -> bool:

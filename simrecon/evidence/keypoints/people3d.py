@@ -9,7 +9,7 @@ import numpy as np
 
 from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import tracks
-from simrecon.evidence.keypoints.tracks import Detection
+from simrecon.evidence.keypoints.following import Detection, follow
 from simrecon.evidence.options import Options
 from simrecon.evidence.values import as_array
 from simrecon.types import Array, Camera, Evidence, Lens
@@ -36,7 +36,7 @@ def to_evidence(
 ) -> Evidence:
     """Landmarks and joints of the person, and the lens that makes the one of the other."""
     evidence = tracks.to_evidence(content, detections, names, options)
-    track, _ = tracks.follow(content, detections, options.person)
+    track, _ = follow(content, detections, options.person)
     mine = [people[one.index] for one in track]
     joints, places = np.stack([one.joints_m for one in mine]), np.stack([one.place_m for one in mine])
     pixels = np.stack([one.points_px for one in track])  # (T, J, 2)

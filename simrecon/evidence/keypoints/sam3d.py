@@ -13,8 +13,8 @@ import numpy as np
 
 from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import entries, layouts, people3d, tracks
+from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.keypoints.people3d import Person
-from simrecon.evidence.keypoints.tracks import Detection
 from simrecon.evidence.options import Options
 from simrecon.evidence.values import as_array
 from simrecon.types import Evidence
