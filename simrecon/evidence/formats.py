@@ -17,10 +17,13 @@ from simrecon.evidence.keypoints import (
     array,
     coco,
     deeplabcut,
+    freemocap,
+    mediapipe,
     mmpose,
     openpose,
     phalp,
     sam3d,
+    vitpose,
 )
 from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
@@ -63,9 +66,12 @@ READERS: tuple[Reader, ...] = (
     Reader("smpl", "SMPL/SMPL-X parameters", amass.matches_smpl, amass.read_smpl),
     Reader("openpose", "OpenPose", openpose.matches, openpose.read),
     Reader("mmpose", "MMPose/RTMPose", mmpose.matches, mmpose.read),
+    Reader("vitpose", "easy_ViTPose", vitpose.matches, vitpose.read),
     Reader("alphapose", "AlphaPose", coco.matches_alphapose, coco.read_alphapose),
     Reader("coco", "COCO", coco.matches_coco, coco.read_coco),
+    Reader("mediapipe", "MediaPipe", mediapipe.matches, mediapipe.read),
     Reader("deeplabcut", "DeepLabCut", deeplabcut.matches, deeplabcut.read),
+    Reader("freemocap", "FreeMoCap", freemocap.matches, freemocap.read),
     Reader("array", "landmark array", array.matches, array.read),
     Reader("bvh", "BVH", bvh.matches, bvh.read),
     Reader("trc", "TRC", trc.matches, trc.read),
