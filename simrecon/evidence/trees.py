@@ -80,7 +80,7 @@ def _torch(source: str, raw: bytes) -> Any:
 
 
 def of_json(source: str, text: str) -> Any:
-    """The tree of a JSON file.
+    """The tree of a JSON file; of one value a line, their list.
 
     Args:
         source: name of the file, for messages.
@@ -92,8 +92,21 @@ def of_json(source: str, text: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
+        if (lines := _lines(text)) is not None:
+            return lines
         reason = " ".join(str(error).split())
         raise InputError(f"{source}: found damaged JSON ({reason}); valid: a whole file") from error
+
+
+def _lines(text: str) -> list[Any] | None:
+    """The values of JSON with one on each line; None if that is not what it is."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    if len(lines) < 2 or not all(line.lstrip()[0] in "{[" for line in lines):
+        return None
+    try:
+        return [json.loads(line) for line in lines]
+    except (ValueError, RecursionError):
+        return None
 
 
 def _pickle(source: str, raw: bytes) -> Any:

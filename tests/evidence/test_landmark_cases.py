@@ -131,6 +131,43 @@ def test_ids_that_are_none_are_not_believed(
         assert "followed by distance" in one.reading
 
 
+@pytest.mark.parametrize("which", [lambda t: t % 2, lambda t: t > 9, lambda t: 5 < t < 9])
+def test_one_id_for_whoever_was_best_seen_is_nobodys(tmp_path: Path, which: Callable[[int], Any]) -> None:
+    both = people_of(17)
+    tree = [
+        {"image_id": t, "keypoints": both[int(which(t))][t].ravel().tolist(), "score": 1.0, "track_id": 0}
+        for t in range(20)
+    ]
+    path = foreign.save_json(tmp_path / "results.json", tree)
+    with pytest.raises(InputError, match="people: found 2: 0 "):
+        evidence.read(path, Options(fps=30.0, camera=SMALL))
+    found = evidence.read(path, Options(fps=30.0, camera=SMALL, person="1"))
+    assert "ids that go from one person to another (0): not used" in found.reading
+
+
+def test_who_runs_at_few_frames_a_second_is_one_person(tmp_path: Path) -> None:
+    points = people_of(17)[0]
+    points[..., 0] = 0.2 * points[..., 0] + 29.0 * np.arange(20)[:, None]  # 0.4 of the size of 70 px a frame
+    points[..., 1] *= 0.2
+    tree = [
+        {"image_id": t, "keypoints": row.ravel().tolist(), "score": 1.0, "track_id": 3}
+        for t, row in enumerate(points)
+    ]
+    found = evidence.read(foreign.save_json(tmp_path / "results.json", tree), Options(fps=8.0, camera=SMALL))
+    assert len(found.times_s) == 20
+
+
+def test_names_that_make_no_person_are_doubted(tmp_path: Path) -> None:
+    points = people_of(17)[0]
+    names = dict(enumerate(np.random.default_rng(0).permutation(layouts.layout("coco_17")).tolist()))
+    frames = [{"frame_id": t, "instances": instances(row)} for t, row in enumerate(points)]
+    for table, odd in ((names, True), (dict(enumerate(layouts.layout("coco_17"))), False)):
+        meta = {"keypoint_id2name": {str(i): name for i, name in table.items()}}
+        path = foreign.save_json(tmp_path / "clip.json", {"meta_info": meta, "instance_info": frames})
+        found = evidence.read(path, Options(fps=30.0, camera=SMALL))
+        assert ("hardly make a person" in found.reading) == odd
+
+
 def test_ids_that_are_people_are_believed(tmp_path: Path) -> None:
     found = evidence.read(
         alphapose(tmp_path, lambda _t, k: f"p{k}"), Options(fps=30.0, camera=SMALL, person="p1")

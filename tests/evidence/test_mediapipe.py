@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,15 @@ def test_results_of_every_spelling(tmp_path: Path, kind: str, wrapping: str) -> 
     found = evidence.read(foreign.save_json(tmp_path / "pose.json", tree), ASKED)
     check(found, 0.4 if kind == "tasks" else 0.8)
     np.testing.assert_allclose(found.times_s, np.arange(T) / 30.0)
+
+
+def test_a_result_on_each_line(tmp_path: Path) -> None:
+    path = tmp_path / "pose.jsonl"
+    path.write_text("\n".join(json.dumps(frame(t, "solutions")) for t in range(T)) + "\n\n")
+    check(evidence.read(path, ASKED), 0.8)
+    path.write_text(path.read_text() + '{"poseLandmarks": ')
+    with pytest.raises(InputError, match="damaged JSON"):
+        evidence.read(path, ASKED)
 
 
 def test_lists_over_frames_and_bare_landmarks(tmp_path: Path) -> None:

@@ -79,6 +79,13 @@ def decide(
     return layouts.layout(name), note
 
 
+def doubt(points: Array, names: Sequence[str]) -> str:
+    """A word on landmarks with names that hardly make a person."""
+    value = strain(points, names)
+    odd = value is not None and value[0] > WHOLE_WRONG and value[1] > PART_WRONG
+    return "by these names they hardly make a person: are they in another order?" if odd else ""
+
+
 def strain(points: Array, names: Sequence[str]) -> tuple[float, float] | None:
     """How far points (T, J, 2 or 3) of these names are from a person's proportions, 0 where they fit.
 

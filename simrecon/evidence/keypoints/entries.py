@@ -35,7 +35,15 @@ def floats(content: Content, key: str, value: Any) -> Array:
     array = as_array(value)
     if array is None or array.dtype.kind not in "fiu":
         raise content.fail(key, "no list of numbers" if value is not None else "no such key", "numbers")
-    return array.astype(float)
+    return bounded(content, key, array.astype(float))
+
+
+def bounded(content: Content, key: str, values: Array) -> Array:
+    """The same numbers, NaN for infinite ones, if no place or score is beyond all sense."""
+    values = np.where(np.isfinite(values), values, np.nan)
+    if (np.abs(values) > NUMBER_MAX).any():
+        raise content.fail(key, f"a number of {np.nanmax(np.abs(values)):.3g}", "coordinates and confidences")
+    return values
 
 
 def lacks(one: Any, key: str) -> bool:

@@ -18,9 +18,9 @@ from simrecon.types import Array
 MOVE_MAX, GAP_MAX = 0.35, 30
 # Tracks shorter than this share of the longest are taken for false detections.
 SHORT_SHARE = 0.1
-# Names that stand for a frame each are no names of people. Nor are those that go from one frame to the next
-# further than the person's size, or as far as nobody moves while somebody else of another name goes on there.
-TRACK_MIN, JUMP_MIN = 2.0, 1.0
+# Names that stand for a frame each are no names of people. Nor are those that go further from one frame to
+# the next than people do: this multiple of what is usual, or there and back, or to where another name was.
+TRACK_MIN, JUMP_MIN = 2.0, 8.0
 SAME_PX = 0.5
 
 Tracks = dict[str, list["Detection"]]
@@ -131,19 +131,30 @@ def _doubt(grouped: Tracks | None) -> str:
     frames = {one.frame for track in grouped.values() for one in track}
     if len(frames) > 2 and np.median([len(track) for track in grouped.values()]) < TRACK_MIN:
         return "ids that change from frame to frame"
-    farthest = max(_jump(track) for track in grouped.values())
-    if farthest > MOVE_MAX:
-        by_distance = _long(linked([one for track in grouped.values() for one in track]))[0]
-        hopped = farthest > JUMP_MIN and len(by_distance) > 1
-        if hopped or any(_is_shared(track) for track in by_distance.values()):
-            return "ids that go from one person to another"
+    for name, track in grouped.items():
+        ways = _ways(track)
+        if not (ways > MOVE_MAX).any():
+            continue
+        usual = float(np.median(ways[ways <= MOVE_MAX])) if (ways <= MOVE_MAX).any() else np.inf
+        others = [one for other, rest in grouped.items() if other != name for one in rest]
+        pieces = _long(linked([*track, *others]))[0].values()
+        mine = [piece for piece in pieces if any(one.person == track[0].person for one in piece)]
+        apart = len(mine) > 1 and (_interleave(mine) or ways.max() > JUMP_MIN * usual)
+        if apart or any(_is_shared(piece) for piece in pieces):
+            return f"ids that go from one person to another ({name})"
     return ""
 
 
-def _jump(track: Sequence[Detection]) -> float:
-    """The farthest way from one frame to the next, in sizes of the person."""
+def _ways(track: Sequence[Detection]) -> Array:
+    """How far it is from one frame to the next, in sizes of the person."""
     ways = [distance(one, other) for one, other in pairwise(track) if other.frame == one.frame + 1]
-    return max((way for way in ways if way < 1e3), default=0.0)
+    return np.array([way for way in ways if way < 1e3])
+
+
+def _interleave(pieces: Sequence[Sequence[Detection]]) -> bool:
+    """Whether one of some tracks goes on after another has begun."""
+    spans = sorted((piece[0].frame, piece[-1].frame) for piece in pieces)
+    return any(one[1] > other[0] for one, other in pairwise(spans))
 
 
 def _is_shared(track: Sequence[Detection]) -> bool:

@@ -32,7 +32,8 @@ def matches(content: Content) -> bool:
     third = tree[:, :BODY, 2][np.isfinite(tree[:, :BODY, 2])]
     if not len(third) or (third.min() >= 0 and third.max() <= 2):  # confidences
         return False
-    sizes = anatomy.sizes(tree[:, :BODY].astype(float))
+    with np.errstate(over="ignore"):
+        sizes = anatomy.sizes(tree[:, :BODY].astype(float))
     return bool(np.median(sizes[sizes > 0]) > SIZE_MIN)
 
 

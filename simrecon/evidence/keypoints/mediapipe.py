@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from simrecon.evidence.content import Content
-from simrecon.evidence.keypoints import following, layouts, mediapipe_frames, solid, tracks
+from simrecon.evidence.keypoints import entries, following, layouts, mediapipe_frames, solid, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
@@ -88,7 +88,7 @@ def _landmarks(content: Content, key: str, person: Any) -> Array:
     if rows is None or len(rows) != COUNT:
         text = f"{len(person)} landmarks" if rows is not None else "landmarks that are no numbers"
         raise content.fail(key, text, f"{COUNT} of x, y, z, with visibility and presence where known")
-    return np.array(rows)
+    return entries.bounded(content, key, np.array(rows))
 
 
 def _scores(values: Array) -> Array:

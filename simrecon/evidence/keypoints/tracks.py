@@ -73,7 +73,7 @@ def of_track(
         order = names if isinstance(names, layouts.Order) else layouts.Order("keypoints", ())
         names, layout = anatomy.decide(content, order, points, options.layout)
     else:
-        layout = ""
+        layout = anatomy.doubt(points, names)
     keep = [i for i, name in enumerate(names) if name]
     points, scores, kept = points[:, keep], scores[:, keep], tuple(names[i] for i in keep)
     frames = np.array([one.frame for one in track])
