@@ -24,7 +24,10 @@ TAKES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("gvhmr", "gem", "tram", "amass", "smpl"), _PLAIN),
     **dict.fromkeys(("wham", "prompthmr"), (*_PLAIN, *_PEOPLE)),
     **dict.fromkeys(("phalp", "sam3d", "deeplabcut"), _PEOPLE),
-    **dict.fromkeys(("openpose", "mmpose", "alphapose", "coco", "array"), (*_PEOPLE, "layout")),
+    **dict.fromkeys(("openpose", "alphapose", "coco"), (*_PEOPLE, "layout")),
+    **dict.fromkeys(("mmpose", "array"), (*_PEOPLE, *_MARKERS, "layout")),
+    **dict.fromkeys(("vitpose", "mediapipe"), _PEOPLE),
+    "freemocap": _MARKERS,
     "bvh": (*_MARKERS, "joints"),
     **dict.fromkeys(("trc", "c3d"), (*_MARKERS, *_PEOPLE, "points")),
     "mot": tuple(FLAGS),  # refused whatever is said of it

@@ -121,7 +121,9 @@ def _stature(content: Content, joints: Array, names: Sequence[str]) -> float:
     return float(np.nanmedian(legs)) / LEG_SHARE
 
 
-def _unit(content: Content, stature: float, choice: str | None, *, shape_only: bool) -> tuple[float, str]:
+def _unit(
+    content: Content, stature: float, choice: str | float | None, *, shape_only: bool
+) -> tuple[float, str]:
     """Metres in the file's unit, and how that was found."""
     try:
         unit, how = axes.find_unit(content.source, stature, choice)
@@ -129,7 +131,7 @@ def _unit(content: Content, stature: float, choice: str | None, *, shape_only: b
         if not shape_only or stature <= 0:
             raise
         return STATURE_M / stature, f"unit unknown, taken for a person of {STATURE_M:g} m"
-    return axes.UNITS_M[unit], f"unit {unit} ({how})"
+    return axes.metres(unit), f"unit {unit} ({how})"
 
 
 def _is_fixed(hips: Array, stature: float) -> bool:
