@@ -39,12 +39,12 @@ def fit(
         InputError: nothing in the evidence can be used, or no such shape.
     """
     worth = trust.of(evidence)
-    skeleton, shape = person.measured(evidence, request, plan, worth)
+    known = floor.known(evidence, scene, worth)
+    skeleton, shape, tall = person.measured(evidence, request, plan, worth, floor=known)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
-    known = floor.known(evidence, scene, worth)
     plan = terms.switched(trust.weighed(plan, worth))
-    see = observe(evidence, skeleton, points, camera, plan, worth)
+    see = observe(evidence, skeleton, points, camera, plan, worth, tall.sigma)
     parts = person.primitives_of(skeleton, evidence, shape)
     free = plan.shape and (request is None or request.betas is None)  # whether lengths are unknowns
     variables, base = start(skeleton, see, camera, len(bodies.length_names()) if free else 0)

@@ -18,8 +18,6 @@ from simrecon.plan import Kinematics
 from simrecon.trust import Trust
 from simrecon.types import Array, Camera, Evidence, Skeleton
 
-# How far the scale of the skeleton may be off, as a natural logarithm, where the stature is known.
-KNOWN_HEIGHT_SIGMA = 0.01
 MIN_SCORE = 0.1
 FOOT = ("heel", "toe", "mtp")
 # A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
@@ -69,8 +67,19 @@ def observe(
     camera: Camera | None,
     plan: Kinematics,
     worth: Trust,
+    size_sigma: float,
 ) -> Observations:
-    """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale."""
+    """Evidence for the objective: rays, and root-relative joints on world axes at the skeleton's scale.
+
+    Args:
+        evidence: as it was read.
+        skeleton: unscaled.
+        points: the evidence by point of the body.
+        camera: with a path, or None.
+        plan: scales of the residuals.
+        worth: of the source.
+        size_sigma: how surely the skeleton's stature is known (natural logarithm).
+    """
     in_world = points.joints_m
     if evidence.joints_frame != "world":
         in_world = world.in_world(camera, in_world)
@@ -112,7 +121,7 @@ def observe(
         root_weights=root_weights,
         standing=np.stack([resting(*(f"{side}_{end}" for end in FOOT)) for side in ("left", "right")]),
         sitting=resting("left_hip", "right_hip"),
-        scale_sigma=KNOWN_HEIGHT_SIGMA if evidence.height_m else worth.size,
+        scale_sigma=size_sigma,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
         prior=prior.make(plan.prior_model, skeleton),

@@ -2,39 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simrecon import body as bodies
 from simrecon.body import primitives, shape_fit, shaped, shaped_primitives
+from simrecon.kinematics import stature
+from simrecon.kinematics.stature import Stature
 from simrecon.plan import Kinematics
 from simrecon.trust import Trust
 from simrecon.types import Evidence, IntArray, Primitive, Skeleton
 
 
 def measured(
-    evidence: Evidence, request: bodies.ShapeRequest | None, plan: Kinematics, worth: Trust
-) -> tuple[Skeleton, bodies.Shape | None]:
+    evidence: Evidence, request: bodies.ShapeRequest | None, plan: Kinematics, worth: Trust, *, floor: str
+) -> tuple[Skeleton, bodies.Shape | None, Stature]:
     """Kinematic tree, and a shape if one is requested: betas give lengths, or measured lengths the betas.
 
     Args:
         evidence: gives the lengths, and stature and mass where they are known.
         request: what the shape should be; None: there is none.
         plan: whether and in which frames lengths are measured.
-        worth: where the estimate is metric, its lengths outweigh a stature that somebody says.
+        worth: of the source of the evidence.
+        floor: how the floor is known, one of `trust.FLOORS`.
+
+    Returns:
+        Tree, shape, and what is known of the stature.
     """
     lengths = bodies.measure(evidence, _seeds(evidence, plan.seed_frames)) if plan.shape else {}
-    stature = None if lengths and worth.metric else evidence.height_m
-    skeleton = bodies.scaled(lengths, stature, primitives.default_height_m())
-    if request is None:
-        return skeleton, None
-    if request.betas is not None:
+    tall = stature.settle(evidence.height_m, lengths, worth, floor=floor)
+    if request is not None and request.betas is not None:
         own = shaped.make(request.betas, height_m=evidence.height_m, shapes=request.shapes)
-        return own.skeleton, own
+        return own.skeleton, own, tall if evidence.height_m else replace(tall, sigma=worth.size)
+    skeleton = bodies.scaled(lengths, tall.height_m)
+    if request is None:
+        return skeleton, None, tall
     betas = shape_fit.fit(
         lengths, height_m=evidence.height_m, mass_kg=evidence.mass_kg, shapes=request.shapes
     )
     height = evidence.height_m or bodies.stature_m(skeleton)
-    return skeleton, shaped.make(betas, height_m=height, shapes=request.shapes)
+    return skeleton, shaped.make(betas, height_m=height, shapes=request.shapes), tall
 
 
 def _seeds(evidence: Evidence, count: int) -> IntArray | None:

@@ -1,0 +1,45 @@
+"""The body is as tall as the person is known to be, though its lengths are found otherwise than measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from simrecon import body as bodies
+from simrecon import evidence, kinematics, plan, resources
+from simrecon.evidence import resample
+from simrecon.types import Evidence, Scene
+
+HEIGHT_M = 1.72
+WEIGHTS = kinematics.floating(plan.read("quick").kinematics)
+
+
+@pytest.fixture(scope="module")
+def clip() -> Evidence:
+    """The first third of a second of the example."""
+    seen = evidence.read(resources.folder("example") / "beam.npz")
+    frames = slice(0, 20)
+    part = replace(
+        seen,
+        times_s=seen.times_s[frames],
+        keypoints_px=seen.keypoints_px[frames],
+        scores=seen.scores[frames],
+        joints_m=seen.joints_m[frames],
+        height_m=HEIGHT_M,
+    )
+    return resample(part)[0]
+
+
+def test_a_known_stature_is_that_of_the_body(clip: Evidence) -> None:
+    once = kinematics.fit(clip, Scene(), WEIGHTS)
+    again = kinematics.fit_to_stature(clip, Scene(), WEIGHTS)
+    assert bodies.stature_m(once.body.skeleton) > 1.005 * HEIGHT_M  # to first order only
+    assert bodies.stature_m(again.body.skeleton) == pytest.approx(HEIGHT_M, rel=0.002)
+
+
+def test_without_a_stature_it_is_the_fit(clip: Evidence) -> None:
+    unknown = replace(clip, height_m=None)
+    once = kinematics.fit(unknown, Scene(), WEIGHTS)
+    again = kinematics.fit_to_stature(unknown, Scene(), WEIGHTS)
+    assert (once.qpos == again.qpos).all()
