@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -9,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import body as bodies
+from simrecon import engines, kinematics, planners, results, softfloor
 from simrecon import evidence as readers
 from simrecon import job as jobs
-from simrecon import kinematics, results, softfloor
 from simrecon.body import ShapeRequest, known, mass
-from simrecon.drawing import overlay
+from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
-from simrecon.job import Job, Person, inputs, request
+from simrecon.job import Job, Person, ahead, inputs, request
 from simrecon.kinematics import retargeting
 from simrecon.observer import SILENT, Observer
 from simrecon.pipeline import Reconstruction, Setup, reconstruct
@@ -34,6 +35,7 @@ def run(
     *,
     checkpoint: checkpoints.Store | None = None,
     threads: Threads | None = None,
+    overwrite: bool = False,
 ) -> Result:
     """Run a job, and write the result folder.
 
@@ -44,18 +46,18 @@ def run(
         observer: is told of the progress, and may stop the run.
         checkpoint: where solved windows are kept, and taken from; None: nowhere.
         threads: of the simulator, instead of the job's; a function is called before each generation.
+        overwrite: replace an earlier result even if it is better than this one.
 
     Returns:
-        The result, read back from its folder.
+        The result, read back from its folder: that of the job, or one beside it if that held a better one.
 
     Raises:
         InputError: something that the job names can't be used; nothing was written.
         SimreconError: the job failed.
     """
-    _check_files(job)
-    results.check_writable(job.output)
-    with unwarned():
-        sources = _sources(job, observer)
+    _check_ahead(job)
+    with unwarned(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
+        sources = _sources(job, observer, Path(scratch))
         job = replace(sources.job, sha256=request.hashes(sources.job))
         setup = Setup(
             planner=job.planner,
@@ -74,18 +76,34 @@ def run(
 
         scene, start, calibration = _calibrated(job, sources, simulate, observer)
         reconstruction = simulate(scene, start)
-    results.write(job, reconstruction, calibration)
-    return results.open_result(job.output)
+        return results.write(
+            job, reconstruction, calibration, landmarks=sources.landmarks, overwrite=overwrite
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class _Sources:
-    """What a job begins with: it may have landmarks of its video by now."""
+    """What a job begins with: it may have landmarks of its video by now, in a file of their own."""
 
     job: Job
     evidence: Evidence
     shape: ShapeRequest | None = None
     fit: KinematicFit | None = None
+    landmarks: Path | None = None
+
+
+def _check_ahead(job: Job) -> None:
+    """All that can be known to be wrong before a video is looked at, which may take hours."""
+    _check_files(job)
+    results.check_writable(job.output)
+    planners.check(job.planner)
+    engines.check(job.engine)
+    if not job.retarget:
+        ahead.check(job)
+    if job.video is not None:
+        video.check_video(job.video, np.zeros(1))
+    if job.start is not None:
+        results.read_motion(job.start)
 
 
 def _check_files(job: Job) -> None:
@@ -101,28 +119,26 @@ def _check_files(job: Job) -> None:
         )
 
 
-def _sources(job: Job, observer: Observer) -> _Sources:
+def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
     """Evidence, shape and, for a retargeting, the motion on the other body."""
     if job.retarget:
         return _retargeted(job, observer)
-    video = inputs.background(job)
+    shown = inputs.background(job)
     seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
     for row, line in enumerate(seen.reading.splitlines()):
         observer.note(line if row else f"read as {line}")
+    landmarks = None
     if job.detected is None and inputs.is_video(job):
-        job, seen = _keep(job, seen, observer)
-    if video is not None:
-        overlay.check_video(video, seen.times_s, seen.camera)
-    return _Sources(job, seen, inputs.shape_of(job.person))
+        landmarks = scratch / "evidence.npz"
+        job, seen = _kept(job, seen, landmarks)
+    if shown is not None:
+        overlay.check_video(shown, seen.times_s, seen.camera)
+    return _Sources(job, seen, inputs.shape_of(job.person), landmarks=landmarks)
 
 
-def _keep(job: Job, seen: Evidence, observer: Observer) -> tuple[Job, Evidence]:
-    """Write a video's evidence beside the result, to be looked at or run again, and go on from it."""
-    path = Path(job.output).resolve()
-    path = path.with_name(f"{path.name}.evidence.npz")
-    path.parent.mkdir(parents=True, exist_ok=True)
+def _kept(job: Job, seen: Evidence, path: Path) -> tuple[Job, Evidence]:
+    """A video's evidence as a file, from which the run goes on, so that a rerun begins with the same bits."""
     readers.write(path, seen)
-    observer.note(f"evidence written to {path}")
     return replace(job, detected=str(path)), replace(readers.read(path), reading=seen.reading)
 
 

@@ -32,7 +32,9 @@ COLUMNS = (
     ("rate", "Time per second of video", "number"),
 )
 """Key, title, and how a column is sorted."""
-_RANKS = {"failed": 0, "fell": 1, "fallback": 2, "waiting": 3, "running": 4, "good": 5}
+_RANKS = {
+    "failed": 0, "fell": 1, "fallback": 2, "bad": 3, "doubtful": 4, "waiting": 5, "running": 6, "good": 7,
+}  # fmt: skip
 
 
 def write(places: Places) -> Path:
@@ -81,6 +83,8 @@ def _summary(state: State) -> str:
     tiles = [
         (len(state.rows), "clips", ""),
         (verdicts.count("good"), "all simulated", "good"),
+        (verdicts.count("doubtful"), "doubtful", "doubtful"),
+        (verdicts.count("bad"), "bad", "bad"),
         (verdicts.count("fallback"), "with fallback frames", "fallback"),
         (verdicts.count("fell"), "fell", "fell"),
         (verdicts.count("failed"), "failed", "failed"),
@@ -109,7 +113,10 @@ def _verdict(row: Row) -> tuple[str, str]:
             "fallback",
             f"{row.figures['fallback']} of {row.figures['frames']} frames on kinematic fallback",
         )
-    return ("fell", "fell") if row.figures["fell"] else ("good", "all simulated")
+    if row.figures["fell"]:
+        return "fell", "fell"
+    quality = row.figures.get("quality", "good")  # records of earlier versions have none
+    return quality, "all simulated" if quality == "good" else row.figures["verdict"]
 
 
 def _row(places: Places, row: Row) -> str:

@@ -112,7 +112,7 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
         evidence.write(file, piece)
         ground = replace(job.scene.ground, calibrate=False)
         short = replace(job, input=str(file), reading=Reading(), scene=replace(job.scene, ground=ground))
-        report = run(short, threads=1).report
+        report = run(short, threads=1, overwrite=True).report
     seconds = [window["seconds"] for window in report["windows"]]
     size = {path.name: path.stat().st_size for path in Path(scratch).iterdir()}
     growing = sum(size.get(name, 0) for name in (MOTION, "overlay.mp4"))

@@ -23,15 +23,13 @@ from simrecon.engines import checkpoint
 from simrecon.errors import SimreconError
 from simrecon.io.provenance import code_digest
 from simrecon.observer import Observer
-from simrecon.results import Result
+from simrecon.results import Result, verdict
 from simrecon.running import run
 from simrecon.system import locks, memory
-from simrecon.types import Motion, Window, WindowResult
+from simrecon.types import Window, WindowResult
 
 FREE_MIN_BYTES = 1 << 20
 """With less left on the disk after a result was written it may not be whole: video encoders do not say."""
-FALL_M, FALL_S = 0.3, 0.2
-"""A person fell whose pelvis is so far below the kinematic fit's for so long."""
 THUMBNAILS, THUMBNAIL_PX = 5, 80
 LANDMARKS = "landmarks"
 _LOCK_INTERVAL_S = 0.5
@@ -93,7 +91,8 @@ def _solve(
     results.check_writable(target)
     began = time.perf_counter()
     store = checkpoint.Folder(places.checkpoints(clip.name) / job.key[:16])
-    result = run(clip.job(target), _Watcher(places, job, tell, stop), checkpoint=store, threads=threads)
+    watcher = _Watcher(places, job, tell, stop)
+    result = run(clip.job(target), watcher, checkpoint=store, threads=threads, overwrite=True)
     _write_strip(places.thumbnail(clip.name), result)
     if shutil.disk_usage(target).free < FREE_MIN_BYTES:
         shutil.rmtree(target)
@@ -116,13 +115,13 @@ def _figures(result: Result, here_s: float) -> dict[str, Any]:
     """What the batch's report shows of a result; `here_s`: wall time since the last start."""
     report = result.report
     frames, windows, totals = report["frames"], report["windows"], report["totals"]
-    drop = fell(result.motion)
-    verdict = "fell" if drop else "all simulated"
-    if frames["fallback"]:
-        verdict = f"{frames['fallback']} fallback frames"
+    quality = report["verdict"]["verdict"]
+    words = ["all simulated" if quality == verdict.GOOD else quality]
+    words += [reason["reason"] for reason in report["verdict"]["reasons"][:1]]
     return {
-        "verdict": verdict,
-        "fell": drop,
+        "verdict": ": ".join(words),
+        "quality": quality,
+        "fell": report["agreement"]["fell"],
         "frames": frames["count"],
         "fallback": frames["fallback"],
         "video_s": totals["video_s"],
@@ -133,19 +132,6 @@ def _figures(result: Result, here_s: float) -> dict[str, Any]:
         "metrics": report["metrics"],
         "replay_exact": report["audit"]["replay_exact"],
     }
-
-
-def fell(motion: Motion) -> bool:
-    """Whether the pelvis was `FALL_M` or more below that of the kinematic fit for `FALL_S` on end."""
-    if motion.kinematic_qpos is None:
-        return False
-    low = motion.kinematic_qpos[:, 2] - motion.qpos[:, 2] >= FALL_M  # (T,)
-    since = None
-    for time_s, under in zip(motion.times_s, low, strict=True):
-        since = (time_s if since is None else since) if under else None
-        if since is not None and time_s - since >= FALL_S:
-            return True
-    return False
 
 
 class _Watcher(Observer):

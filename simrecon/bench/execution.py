@@ -64,7 +64,7 @@ def _execute(task: Task) -> dict[str, Any]:
     status = "kept"
     if not (folder / "motion.npz").is_file() or _recorded(mark).get("key") != key:
         mark.unlink(missing_ok=True)
-        run(_job(task, file, scene, plan, folder))
+        run(_job(task, file, scene, plan, folder), overwrite=True)
         atomic.write_json(mark, {"key": key})
         status = "done"
     table = scores.score(folder, truth, file)

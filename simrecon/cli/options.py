@@ -59,6 +59,9 @@ def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
     run.add_argument("--planner", choices=planners.names(), help=text("planner", reference))
     optimiser = "what optimises the simulation [sampling]"
     run.add_argument("--engine", choices=engines.names(), help=text("engine", optimiser))
+    run.add_argument(
+        "--replace", action="store_true", help="replace an earlier result in OUT even if it is better"
+    )
 
 
 def joined(words: Sequence[str]) -> list[str]:

@@ -25,14 +25,16 @@ def add(commands: Any) -> None:
         "Takes every option of run, such as --scene for another scene; what is not given is as before."
     )
     rerun.add_argument("result", metavar="OUT", help="result folder to start from")
-    rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder [OUT, which is replaced]")
+    rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder to make")
     rerun.add_argument("--input", metavar="FILE", help="where the input is now, if it was moved")
     options.add(rerun, recalls=lambda _: True)
 
 
 def _rerun(parsed: argparse.Namespace) -> int:
+    if parsed.output is None:
+        raise InputError("rerun: found no -o; valid: -o OUT2, the folder of the new result")
     result = results.open_result(parsed.result)
-    job = replace(recalled(result), output=parsed.output or parsed.result)
+    job = replace(recalled(result), output=parsed.output)
     again = options.apply(parsed, job)
     if _reads_anew(job, again):
         again = replace(again, detected=None, sha256=replace(again.sha256, detected=""))
@@ -40,7 +42,9 @@ def _rerun(parsed: argparse.Namespace) -> int:
         name = "input" if again.detected is None else "detected"
         again = replace(again, **{name: parsed.input})
     _check_there(again, parsed.result)
-    return execute(replace(again, sha256=_still_known(job, again)))
+    said = options.given(parsed)
+    again = replace(again, estimated=tuple(name for name in again.estimated if name not in said))
+    return execute(replace(again, sha256=_still_known(job, again)), parsed)
 
 
 def _reads_anew(before: Job, after: Job) -> bool:
@@ -52,10 +56,13 @@ def recalled(result: Result) -> Job:
     """The job of a result, to be done again from its motion on, for a person of the size that was fitted."""
     job, person = result.job, result.report["person"]
     size = replace(job.person, height_m=person["height_m"], mass_kg=person["mass_kg"])
+    assumed = result.report.get("assumed", {})  # results of earlier versions have none
+    origins = {f"{name}_{unit}": assumed.get(name, {}) for name, unit in (("height", "m"), ("mass", "kg"))}
     return replace(
         job,
         scene=result.scene,
         person=size,
+        estimated=tuple(name for name, of in origins.items() if of.get("origin") == "estimated"),
         start=str(result.folder / MOTION),
         sha256=replace(job.sha256, start="", meshes=""),
     )

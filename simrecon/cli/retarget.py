@@ -33,4 +33,4 @@ def _retarget(parsed: argparse.Namespace) -> int:
     if job.person == Person():
         flags = [option.flag for option in job_options() if option.section == "person"]
         raise InputError(f"retarget: found no other body; valid: one or more of {', '.join(flags)}")
-    return execute(job)
+    return execute(job, parsed)

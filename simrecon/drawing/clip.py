@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.types import Array, Camera
+from simrecon.types import Array, Camera, Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,3 +39,31 @@ class Clip:
     contact_force_N: Array | None = None
     status: NDArray[np.uint8] | None = None
     ground_m: Array | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: mujoco.MjModel,
+        motion: Motion,
+        *,
+        camera: Camera | None = None,
+        keypoints_px: Array | None = None,
+        scores: Array | None = None,
+    ) -> Self:
+        """What is drawn of a result's motion; see the attributes.
+
+        The first frame has no forces: they would be those of a single instant, before motors and contacts
+        have settled, and not a mean since the frame before.
+        """
+        began = motion.frame_step == 0  # (T,)
+        return cls(
+            model=model,
+            times_s=motion.times_s,
+            qpos=motion.qpos,
+            camera=camera,
+            keypoints_px=keypoints_px,
+            scores=scores,
+            contact_point_m=motion.contact_point_m,
+            contact_force_N=np.where(began[:, None, None], 0.0, motion.contact_force_N),
+            status=motion.status,
+        )

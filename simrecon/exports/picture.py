@@ -48,10 +48,11 @@ def frame(motion: Motion, word: str) -> int:
         InputError: neither, or a time outside the motion.
     """
     simulated = motion.status == SIMULATED
+    later = motion.frame_step > 0  # forces at the first frame are those of an instant, not of a frame
     measures = {
         "lowest": -motion.com_m[:, 2],
         "highest": motion.com_m[:, 2],
-        "hardest": np.linalg.norm(motion.grf_N, axis=-1),
+        "hardest": np.where(later, np.linalg.norm(motion.grf_N, axis=-1), -1.0),
     }
     if word in measures:
         return int(np.where(simulated, measures[word], -np.inf).argmax())

@@ -17,6 +17,17 @@ def shown(value: Any) -> str:
     return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 1]}…"
 
 
+def count(number: int, thing: str, things: str = "") -> str:
+    """A number of things: `1 frame`, `2 frames`.
+
+    Args:
+        number: how many.
+        thing: one of them.
+        things: several, if that is not `thing` with an `s`.
+    """
+    return f"{number} {thing if number == 1 else things or thing + 's'}"
+
+
 def hint(word: str, valid: Collection[str]) -> str:
     """`, did you mean …?` where a valid word is close."""
     close = difflib.get_close_matches(word, valid, n=1)

@@ -70,7 +70,7 @@ def identity(job: Job) -> str:
 
     Where the files lie, where the result goes and what is drawn on make no difference.
     """
-    known = replace(with_paths(job, lambda _: ""), sha256=hashes(job), threads=0, video=None)
+    known = replace(with_paths(job, lambda _: ""), sha256=hashes(job), threads=0, video=None, estimated=())
     bare = replace(known, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
     content = {"job": dumps(bare), "code": provenance.code_digest(), "versions": provenance.versions()}
     return provenance.digest_of(content)

@@ -109,7 +109,7 @@ def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence
 def _read(job: Job, progress: Progress | None) -> Evidence:
     """Evidence of the input and of the landmarks that go with it."""
     reading, video = job.reading, background(job)
-    _refuse_pairs(reading)
+    refuse_pairs(reading)
     rate_hz, size_px = fov.probe(video) if video is not None else (None, None)
     size_px = _size_px(job) or size_px
     camera, source = _lens(job, size_px)
@@ -151,7 +151,12 @@ def _size_px(job: Job) -> tuple[int, int] | None:
     return own or reading.size_px
 
 
-def _refuse_pairs(reading: Reading) -> None:
+def refuse_pairs(reading: Reading) -> None:
+    """Refuse options that exclude each other.
+
+    Raises:
+        InputError: they stand side by side.
+    """
     if reading.keypoints_person is not None and reading.keypoints is None:
         raise InputError("--keypoints-person: found no --keypoints; valid: --keypoints FILE beside it")
     lens = (reading.camera, reading.fov_deg)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from simrecon.errors import InputError
@@ -48,24 +50,53 @@ def check_writable(folder: Path | str) -> None:
         raise cannot_write(folder, error) from error
 
 
+@dataclass
+class Place:
+    """A folder to write into, and the one that it becomes, which may still be changed meanwhile."""
+
+    partial: Path
+    target: Path
+
+
 @contextlib.contextmanager
-def replacing(folder: Path | str) -> Iterator[Path]:
+def replacing(folder: Path | str) -> Iterator[Place]:
     """A folder beside the target to write into, which takes its place when the block ends without an error.
 
     Raises:
-        InputError: it can't be written.
+        InputError: it can't be written. If it is whole but for its place, it is kept, and the message says
+            where.
     """
     target = Path(folder).resolve()
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    place = Place(target.with_name(f".{target.name}.{os.getpid()}.partial"), target)
+    made = _missing_parents(target)
+    whole = False
     try:
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        yield partial
-        _put_in_place(partial, target)
+        shutil.rmtree(place.partial, ignore_errors=True)
+        place.partial.mkdir(parents=True)
+        yield place
+        whole = True
+        _put_in_place(place.partial, place.target)
+        whole, made = False, []
     except OSError as error:
-        raise cannot_write(folder, error) from error
+        kept = f"; the result is kept in {place.partial}" if whole else ""
+        raise InputError(f"{cannot_write(folder, error)}{kept}") from error
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        if not whole:
+            shutil.rmtree(place.partial, ignore_errors=True)
+            for parent in made:
+                with contextlib.suppress(OSError):
+                    parent.rmdir()
+
+
+def free(target: Path) -> Path:
+    """The first of `OUT-2`, `OUT-3`, … that is not there."""
+    names = (target.with_name(f"{target.name}-{i}") for i in itertools.count(2))
+    return next(path for path in names if not path.exists())
+
+
+def _missing_parents(target: Path) -> list[Path]:
+    """Folders above the target that are not there yet, innermost first."""
+    return [parent for parent in target.parents if not parent.exists()]
 
 
 def _put_in_place(partial: Path, target: Path) -> None:

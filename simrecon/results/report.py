@@ -24,6 +24,7 @@ from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
+from simrecon.results import agreement, assumed, ending, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
@@ -70,20 +71,27 @@ def make(
         "frames": _frames(run),
         "metrics": plausibility(run),
         "audit": dataclasses.asdict(run.audit),
+        "assumed": assumed.make(job, run),
+        "agreement": dataclasses.asdict(agreement.make(run)),
+        "ending": ending.make(run),
     }
     if calibration is not None:
         sections["soft_floor"] = _soft_floor(calibration)
-    return {key: _plain(value) for key, value in sections.items()}
+    content = {key: _plain(value) for key, value in sections.items()}
+    return {**content, "verdict": verdict.judge(content)}
+
+
+def source_of(job: Job) -> str:
+    """The file that a job's evidence is read from."""
+    return str(Path(job.input) / MOTION) if job.retarget else job.detected or job.input
 
 
 def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
     """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
-    evidence, name = run.evidence, job.detected or job.input
-    if job.retarget:
-        name = str(Path(job.input) / MOTION)
+    evidence = run.evidence
     exchanged = sides.find(evidence).as_dict()
     return {
-        "name": name,
+        "name": source_of(job),
         "sha256": evidence.sha256,
         "reading": evidence.reading or None,
         "trust": tables.to_table(trust.of(evidence)) | {"source": trust.of(evidence).source},
@@ -198,9 +206,8 @@ def _person(fit: KinematicFit) -> dict[str, Any]:
 
 def _frames(run: Reconstruction) -> dict[str, Any]:
     """Counts, and indices of the frames that are not simulated, or in which the person was out of view."""
-    times, clock = run.motion.times_s, run.problem.clock
-    nearest = np.rint((times - run.fit.times_s[0]) / clock.frame_s).astype(np.int64)  # (T,)
-    interpolated = np.flatnonzero(run.fit.interpolated[np.clip(nearest, 0, clock.frames - 1)])
+    times = run.motion.times_s
+    interpolated = np.flatnonzero(run.fit.interpolated[agreement.frames_of(run)])
     fallback = np.flatnonzero(run.motion.status == FALLBACK)
     return {
         "count": len(times),

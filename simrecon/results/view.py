@@ -96,15 +96,7 @@ class Result:
 
     def clip(self) -> overlay.Clip:
         """What is drawn of the motion: the body in its scene, with the forces on it."""
-        motion = self.motion
-        return overlay.Clip(
-            model=self.model,
-            times_s=motion.times_s,
-            qpos=motion.qpos,
-            contact_point_m=motion.contact_point_m,
-            contact_force_N=motion.contact_force_N,
-            status=motion.status,
-        )
+        return overlay.Clip.of(self.model, self.motion)
 
     @cached_property
     def job(self) -> Job:

@@ -1,4 +1,4 @@
-"""Writes a result folder: the whole of it appears at once, or nothing does."""
+"""Writes a result folder: it appears whole or not at all, and nothing better is replaced."""
 
 from __future__ import annotations
 
@@ -10,60 +10,106 @@ from pathlib import Path
 from simrecon import job as jobs
 from simrecon import scene as scenes
 from simrecon.drawing import overlay
+from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
 from simrecon.job import Job
 from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
+from simrecon.results import beside, motion_file, report, verdict
 from simrecon.results import folder as folders
-from simrecon.results import motion_file, report
+from simrecon.results.view import Result, open_result, read_report
 from simrecon.softfloor import Calibration
 from simrecon.types import Report
 
 
-def write(job: Job, run: Reconstruction, calibration: Calibration | None = None) -> Report:
-    """Write a result folder; an earlier result is replaced.
+def write(
+    job: Job,
+    run: Reconstruction,
+    calibration: Calibration | None = None,
+    *,
+    landmarks: Path | None = None,
+    overwrite: bool = False,
+) -> Result:
+    """Write a result folder.
+
+    A picture that can't be drawn costs a line in the report, never the motion.
 
     Args:
         job: of the result; its folder is made.
         run: what was computed.
         calibration: of a soft floor, or None.
+        landmarks: evidence file of a video, which is kept beside the result; None: there is none.
+        overwrite: also replace an earlier result that is better; else this one is put beside it, into the
+            first of `OUT-2`, `OUT-3`, … that is free.
 
     Returns:
-        What is in `report.json`.
+        The result that was written, in its folder.
 
     Raises:
-        InputError: the folder can't be written (see `folder.check_writable`), or the video can't be used.
+        InputError: the folder can't be written (see `folder.check_writable`).
     """
     folders.check_writable(job.output)
-    with folders.replacing(job.output) as partial:
+    with folders.replacing(job.output) as place:
+        partial = place.partial
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")
         (partial / folders.SCENE).write_text(scenes.dumps(run.fit.scene), encoding="utf-8")
-        if job.start is not None:
-            shutil.copyfile(job.start, partial / folders.START)
-            job = replace(job, start=str(Path(job.output) / folders.START))
-        (partial / folders.JOB).write_text(jobs.dumps(jobs.absolute(job)), encoding="utf-8")
         began = time.perf_counter()
-        overlay.write(partial, clip(run), background(job))
+        missing = _draw(partial, job, run)
         seconds = {**run.seconds, "overlay": time.perf_counter() - began}
         content = report.make(job, run, seconds, calibration)
+        if not overwrite and _is_worse(content, place.target):
+            content["better"] = str(place.target)
+            place.target = folders.free(place.target)
+        job = _settled(job, place, landmarks, overwrite=overwrite)
+        content["input"]["name"], content["overlay"] = report.source_of(job), missing
+        (partial / folders.JOB).write_text(jobs.dumps(jobs.absolute(job)), encoding="utf-8")
         atomic.write_json(partial / folders.REPORT, content)
-    return content
+        if landmarks is not None and job.detected is not None:
+            atomic.write_bytes(job.detected, landmarks.read_bytes())
+    return open_result(Path(job.output) if place.target == Path(job.output).resolve() else place.target)
+
+
+def _draw(partial: Path, job: Job, run: Reconstruction) -> str | None:
+    """Draw the overlay; what kept it from being drawn, or None."""
+    try:
+        overlay.write(partial, clip(run), background(job))
+    except Exception as error:
+        for name in folders.OVERLAYS:
+            (partial / name).unlink(missing_ok=True)
+        return " ".join(f"{error}".split()) or type(error).__name__
+    return None
+
+
+def _is_worse(content: Report, target: Path) -> bool:
+    """Whether there is an earlier result that this one is worse than; one that can't be read is not."""
+    if not (target / folders.REPORT).is_file():
+        return False
+    try:
+        return verdict.is_worse(content, read_report(target))
+    except (InputError, LookupError, TypeError, ValueError, ZeroDivisionError):
+        return False
+
+
+def _settled(job: Job, place: folders.Place, landmarks: Path | None, *, overwrite: bool) -> Job:
+    """The job with the files that are kept for it, in the result and beside it."""
+    if job.start is not None:
+        shutil.copyfile(job.start, place.partial / folders.START)
+        job = replace(job, start=str(place.target / folders.START))
+    if landmarks is not None:
+        job = replace(job, detected=str(beside.place(landmarks, place.target, overwrite=overwrite)))
+    return job if place.target == Path(job.output).resolve() else replace(job, output=str(place.target))
 
 
 def clip(run: Reconstruction) -> overlay.Clip:
     """What is drawn of a run."""
     motion, evidence, camera = run.motion, run.evidence, run.fit.camera
     seen = bool(evidence.keypoint_names)
-    return overlay.Clip(
-        model=run.problem.model,
-        times_s=motion.times_s,
-        qpos=motion.qpos,
+    return overlay.Clip.of(
+        run.problem.model,
+        motion,
         camera=None if camera is None else cameras.resampled(camera, run.fit.times_s, motion.times_s),
         keypoints_px=evidence.keypoints_px if seen else None,
         scores=evidence.scores if seen else None,
-        contact_point_m=motion.contact_point_m,
-        contact_force_N=motion.contact_force_N,
-        status=motion.status,
     )

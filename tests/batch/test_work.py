@@ -139,17 +139,6 @@ def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str,
     assert survey.survey(replace(clip, name="renamed", plan=str(copy)))["key"] == key
 
 
-def test_a_fall_is_found(job: Assignment) -> None:
-    work.solve(job, threads=1)
-    motion = results.read_motion(Path(job.root) / "one")
-    assert not work.fell(motion)
-    low = motion.qpos.copy()
-    low[5:8, 2] -= 0.5  # 50 ms: a slip of the fit
-    assert not work.fell(replace(motion, qpos=low))
-    low[5:, 2] -= 0.5
-    assert work.fell(replace(motion, qpos=low))
-
-
 def test_a_piece_tells_what_a_clip_costs(inputs: Path, plan: str, tmp_path: Path) -> None:
     said = survey.measure(Clip("one", str(inputs / "one.npz"), plan), str(tmp_path / "out"))
     assert all(value > 0 for value in said.values())

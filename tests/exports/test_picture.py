@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from simrecon import cli, results
+from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.exports import picture
 from tests.support.runs import job_of
@@ -26,10 +28,21 @@ def test_frames_by_time_and_by_what_happens(run: Any) -> None:
     assert picture.frame(motion, "0.1") == int(np.abs(motion.times_s - 0.1).argmin())
     assert picture.frame(motion, "lowest") == motion.com_m[:, 2].argmin()
     assert picture.frame(motion, "highest") == motion.com_m[:, 2].argmax()
-    assert picture.frame(motion, "hardest") == np.linalg.norm(motion.grf_N, axis=1).argmax()
+    assert picture.frame(motion, "hardest") == 1 + np.linalg.norm(motion.grf_N, axis=1)[1:].argmax()
     for word in ("9", "-1", "soon", "nan"):
         with pytest.raises(InputError, match=r"valid: seconds from 0 to 0\.3, lowest"):
             picture.frame(motion, word)
+
+
+def test_the_first_instant_is_no_frame_of_forces(run: Any) -> None:
+    force = run.motion.contact_force_N.copy()
+    force[0] = 1e4
+    slammed = replace(run.motion, contact_force_N=force, grf_N=force.sum(axis=1))
+    assert picture.frame(slammed, "hardest") > 0
+    drawn = overlay.Clip.of(run.problem.model, slammed).contact_force_N
+    assert drawn is not None
+    assert not drawn[0].any()
+    np.testing.assert_array_equal(drawn[1:], force[1:])
 
 
 def test_the_command_draws_forces(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

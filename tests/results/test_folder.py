@@ -99,7 +99,7 @@ def test_same_run_same_motion_file(written: Path, run: Any, tmp_path: Path) -> N
 def test_nothing_simulated_is_written_and_read_too(run: Any, tmp_path: Path) -> None:
     motion, audit = replay.record(run.problem, run.fit, (), run.motion.times_s, np.delete(np.arange(10), 4))
     nothing = replace(run, windows=(), motion=motion, audit=audit)
-    said = results.write(job_of(tmp_path / "out"), nothing)
+    said = results.write(job_of(tmp_path / "out"), nothing).report
     assert results.read_motion(tmp_path / "out").ctrl.shape == (0, run.problem.model.nu)
     assert said["frames"]["fallback_frames"] == list(range(1, 9))
     assert (said["frames"]["simulated"], said["frames"]["fallback"]) == (1, 8)
@@ -183,7 +183,9 @@ def test_report_scores_what_needs_no_reference(written: Path, run: Any) -> None:
 def test_report_lists_frames_out_of_view_by_the_evidence_s_own_index(run: Any, tmp_path: Path) -> None:
     unseen = np.zeros(10, dtype=bool)
     unseen[[2, 4, 6]] = True  # the clip has no frame 4, so that frame 6 is its fifth from 0
-    said = results.write(job_of(tmp_path / "out"), replace(run, fit=replace(run.fit, interpolated=unseen)))
+    said = results.write(
+        job_of(tmp_path / "out"), replace(run, fit=replace(run.fit, interpolated=unseen))
+    ).report
     assert said["frames"]["interpolated_frames"] == [2, 5]
     assert said["frames"]["interpolated"] == 2
     assert (said["frames"]["count"], said["frames"]["simulated"]) == (9, 9)
@@ -208,17 +210,30 @@ def test_report_has_no_number_for_what_is_not_known(run: Any, tmp_path: Path) ->
 # --- all or nothing
 
 
-def test_failure_leaves_nothing(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> Path:
-        raise InputError("clip.mp4: there is no such video")
+def test_a_picture_that_fails_costs_a_line(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(folder: Path, *_: object) -> Path:
+        (folder / "overlay.mp4").write_bytes(b"half of it")
+        raise MemoryError
 
     monkeypatch.setattr(overlay, "write", fail)
-    with pytest.raises(InputError, match="no such video"):
-        results.write(job_of(tmp_path / "out"), run)
+    results.write(job_of(tmp_path / "out"), run)
+    assert names(tmp_path / "out") == ["job.toml", "model.xml", "motion.npz", "report.json", "scene.toml"]
+    assert report(tmp_path / "out")["overlay"] == "MemoryError"
+
+
+def test_failure_leaves_nothing(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> Any:
+        raise InputError("no such thing")
+
+    monkeypatch.setattr(reports, "make", fail)
+    with pytest.raises(InputError, match="no such thing"):
+        results.write(job_of(tmp_path / "new" / "out"), run)
     assert names(tmp_path) == []
 
 
-def test_failure_keeps_the_earlier_result(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_result_that_only_lacks_its_place_is_kept(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = tmp_path / "out"
     results.write(job_of(out), run)
     before = (out / "report.json").read_bytes()
@@ -230,10 +245,11 @@ def test_failure_keeps_the_earlier_result(run: Any, tmp_path: Path, monkeypatch:
         return rename(path, target)
 
     monkeypatch.setattr(Path, "rename", fail)
-    with pytest.raises(InputError, match=r"out: can't be written \(No space left on device\)"):
+    with pytest.raises(InputError, match=r"out: can't be written \(No space left on device\)") as caught:
         results.write(job_of(out), run)
     assert (out / "report.json").read_bytes() == before
-    assert names(tmp_path) == ["out"]
+    kept = Path(str(caught.value).rsplit("the result is kept in ", 1)[1])
+    assert results.read_motion(kept).times_s.tolist() == run.motion.times_s.tolist()
 
 
 def test_earlier_result_is_replaced(run: Any, tmp_path: Path) -> None:

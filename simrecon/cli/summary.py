@@ -1,0 +1,125 @@
+"""What a run says at its end: who and what was assumed, how near the motion comes, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from simrecon.io.messages import count
+from simrecon.kinematics import stature
+from simrecon.results import Result
+from simrecon.system.progress import duration
+from simrecon.types import Report
+
+_WIDTH = 9
+
+
+def of(result: Result) -> str:
+    """What a run came to, one line a fact."""
+    report = result.report
+    rows = [*_assumed(report), *_reached(report), *_verdict(report), *_files(result)]
+    return "\n".join(f"{name:<{_WIDTH}}{words}" for name, words in rows)
+
+
+def _assumed(report: Report) -> Iterator[tuple[str, str]]:
+    assumed, person = report["assumed"], report["person"]
+    mass = f"{person['mass_kg']:.0f} kg, {_mass_origin(assumed['mass']['origin'])}"
+    yield "person", f"{person['height_m']:.2f} m, {_height_origin(report)}; {mass}"
+    if assumed["lens"]["origin"] != "none":
+        lens = f"{assumed['lens']['fov_deg']:.0f}° across the image, {_lens_origin(report)}"
+        yield "lens", f"{lens}; {_camera(report)}"
+    yield "floor", _floor(report)
+
+
+def _height_origin(report: Report) -> str:
+    origin, shown = report["assumed"]["height"]["origin"], report["assumed"]["height"]["shown_m"]
+    if origin == "given":
+        return "as given"
+    if origin == "measured":
+        return "as measured in the motion capture"
+    mean, spread = stature.adults()
+    adults = f"adults are {mean:.2f} ± {mean * spread:.2f} m"
+    return f"estimated ({adults if shown is None else f'the input shows {shown:.2f} m, {adults}'})"
+
+
+def _mass_origin(origin: str) -> str:
+    return "as given" if origin == "given" else "estimated from the height"
+
+
+def _lens_origin(report: Report) -> str:
+    lens = report["assumed"]["lens"]
+    return "as is usual, for nobody knows it" if lens["origin"] == "usual" else f"as given by {lens['by']}"
+
+
+def _camera(report: Report) -> str:
+    camera = report["assumed"]["camera"]
+    how = "as given" if camera["origin"] == "given" else "estimated"
+    tilt = f"{'down' if camera['down_deg'] >= 0 else 'up'} by {abs(camera['down_deg']):.0f}°"
+    return f"camera {camera['height_m']:.2f} m over the floor, looking {tilt}, {how}"
+
+
+def _floor(report: Report) -> str:
+    floor, soft = report["assumed"]["floor"], report.get("soft_floor")
+    how = "as given" if floor["origin"] == "given" else "found by what touches it"
+    words = f"at {floor['height_m']:.2f} m, {how}"
+    if soft is None:
+        return words
+    bound = ", an end of the search's range" if soft["at_bound"] else ""
+    return f"{words}; {soft['stiffness_Npm']:.3g} N/m{bound}, {soft['damping_Nspm']:.3g} N s/m"
+
+
+def _reached(report: Report) -> Iterator[tuple[str, str]]:
+    frames, totals, windows = report["frames"], report["totals"], report["windows"]
+    agreement, ending = report["agreement"], report["ending"]
+    simulated = f"{frames['simulated']} of {frames['count']} simulated"
+    if frames["fallback"]:
+        simulated += f", {frames['fallback']} on kinematic fallback"
+    if frames["interpolated"]:
+        simulated += f"; {frames['interpolated']} interpolated, the person was out of view"
+    yield "frames", simulated
+    if ending is not None:
+        yield "ended", f"at {ending['from_s']:.2f} s, up to {ending['to_s']:.2f} s: {ending['reason']}"
+    if (off := agreement["image_px"]) is not None:
+        share = agreement["image_person_pct"]
+        relative = "" if share is None else f", {share:.1f} % of the person's height there"
+        yield "image", f"body and landmarks are {off:.0f} px apart on average{relative}"
+    beside = f"the simulation is {1e3 * agreement['fit_mean_m']:.0f} mm from the kinematic fit on average"
+    if (off := agreement["input_mean_m"]) is not None:
+        beside += f", that {1e3 * off:.0f} mm from the input"
+    yield "motion", beside
+    loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
+    yield "loss", loss
+    spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
+    yield "time", spent
+    if exchanged := report["input"]["exchanged"]:
+        mixed = (f"{limbs} in {_spans(rows)}" for limbs, rows in exchanged.items())
+        yield "sides", f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
+
+
+def _verdict(report: Report) -> Iterator[tuple[str, str]]:
+    verdict = report["verdict"]
+    yield "verdict", verdict["verdict"]
+    for reason in verdict["reasons"]:
+        yield "", f"{reason['reason']}: {reason['advice']}"
+
+
+def _files(result: Result) -> Iterator[tuple[str, str]]:
+    report, folder = result.report, Path(result.folder)
+    if report["overlay"] is not None:
+        yield "overlay", f"could not be drawn ({report['overlay']}); the motion is there"
+    if (better := report.get("better")) is not None:
+        yield "kept", f"{better} is better, and stays; --replace replaces it all the same"
+    files = ", ".join(sorted(path.name for path in folder.iterdir()))
+    yield "written", f"{folder}: {files}"
+    kept = result.job.detected
+    if kept is not None and Path(kept).parent == folder.resolve().parent:
+        yield "", f"{kept}: the landmarks of the video"
+
+
+def _spans(frames: list[int]) -> str:
+    """Increasing numbers as `frames 3-5, 9`."""
+    runs = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
+    spans = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+    return f"{count(len(frames), 'frame').split()[1]} {spans}"
