@@ -60,8 +60,12 @@ def soles(
 
 def _shoe(ends: Mapping[str, tuple[Array, Array, Array, float]]) -> float:
     """What is left between bare soles and a floor at zero, m: the thickness of shoes, if it can be one."""
-    heights = [end[:, 2] - depth * up[:, 2] for heel, toe, up, depth in ends.values() for end in (heel, toe)]
-    if not any(np.isfinite(each).any() for each in heights):
+    if not ends:
+        return 0.0
+    heights = np.concatenate(
+        [end[:, 2] - depth * up[:, 2] for heel, toe, up, depth in ends.values() for end in (heel, toe)]
+    )
+    if not np.isfinite(heights).any():
         return 0.0
     lowest = float(np.nanquantile(heights, LOWEST_SHARE))
     return lowest if 0 < lowest < float(table("foot")["shoe_m"]) else 0.0
