@@ -278,7 +278,7 @@ def test_people_without_names_are_numbered(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", walker.sets("markers"))
 def test_no_set_of_one_person_is_taken_apart(tmp_path: Path, name: str) -> None:
-    names, places = walker.labelled(walker.body(frames=6)[1], walker.sets("markers")[name])
+    names, places = walker.labelled(walker.body(frames=20)[1], walker.sets("markers")[name])
     path = tmp_path / "clip.trc"
     path.write_text(foreign.trc(names, places, "m"))
     assert "person" not in evidence.read(path).reading.replace("the person stands", "")

@@ -11,6 +11,7 @@ import pytest
 from simrecon import evidence, kinematics
 from simrecon import plan as plans
 from simrecon.body import stature_m
+from simrecon.errors import InputError
 from simrecon.evidence import Options
 from simrecon.types import Evidence, Scene
 from tests.support import foreign_files as foreign
@@ -87,6 +88,28 @@ def test_stature_of_a_body_of_known_height(tmp_path: Path, kind: str, name: str,
     )
     fit = kinematics.fit(thinned, Scene(), plans.read("quick").kinematics)
     assert stature_m(fit.body.skeleton) == pytest.approx(height_m, rel=0.02)
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 0.003])
+def test_knees_and_ankles_without_markers_follow_from_how_the_bones_move(
+    tmp_path: Path, noise_m: float
+) -> None:
+    joints, skin = walker.body()
+    labels, places = walker.labelled(skin, MARKERS["OpenSim Gait2392, walking"])
+    places = places + noise_m * np.random.default_rng(1).normal(size=places.shape)
+    found = read(tmp_path, labels, places)
+    off = errors_m(found, joints)
+    assert off["knee"] < 0.005 + 5 * noise_m
+    assert off["ankle"] < 0.005 + 5 * noise_m
+    assert "found by how the bones move: left_knee, right_knee, left_ankle, right_ankle" in found.reading
+
+
+def test_bones_that_stand_still_tell_no_joint(tmp_path: Path) -> None:
+    _, skin = walker.body()
+    labels, places = walker.labelled(skin, MARKERS["OpenSim Gait2392, walking"])
+    places[:] = places[:1]
+    with pytest.raises(InputError, match="none that give left_knee"):
+        read(tmp_path, labels, places)
 
 
 def test_the_kind_can_be_told(tmp_path: Path) -> None:

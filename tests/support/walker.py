@@ -60,6 +60,12 @@ def body(
             "elbow_medial": elbow - 0.04 * out, "wrist_radius": wrist + 0.03 * out,
             "wrist_ulna": wrist - 0.03 * out, "trochanter": hip + 0.052 * h * out,
             "thigh": hip + 0.1 * h * thigh + 0.08 * out, "shank": knee + 0.1 * h * shank + 0.05 * out,
+            "thigh_front": hip + 0.15 * h * thigh + 0.06 * _ahead(thigh) + 0.03 * out,
+            "thigh_rear": hip + 0.19 * h * thigh + 0.07 * out,
+            "shank_front": knee + 0.13 * h * shank + 0.05 * _ahead(shank),
+            "shank_rear": knee + 0.2 * h * shank + 0.05 * out,
+            "midfoot": heel + 0.08 * h * ahead + 0.07 * above,
+            "midfoot_lateral": heel + 0.07 * h * ahead + 0.04 * out,
         }  # fmt: skip
         skin |= {f"{side}_{name}": place for name, place in marks.items()}
     return joints, skin
@@ -94,6 +100,11 @@ def _head_and_trunk(joints: dict[str, np.ndarray], hips: np.ndarray, h: float) -
 def _down(angle: np.ndarray) -> np.ndarray:
     """Downward, swung forward by an angle (T,)."""
     return np.stack((np.sin(angle), -np.cos(angle), 0 * angle), axis=-1)
+
+
+def _ahead(down: np.ndarray) -> np.ndarray:
+    """Forward, square to the axis (T, 3) of a limb."""
+    return np.stack((-down[:, 1], down[:, 0], 0 * down[:, 0]), axis=-1)
 
 
 def sets(kind: str) -> dict[str, dict[str, str]]:

@@ -64,6 +64,12 @@ def meanings(group: str, label: str) -> Iterator[tuple[str, int]]:
             return  # the first reading that means anything
 
 
+def cluster(bone: str, side: str, names: Sequence[str]) -> list[int]:
+    """Which labels are markers of a bone on one side (`[cluster]` of `markers.toml`)."""
+    members = frozenset(table("cluster")[bone])
+    return [i for i, label in enumerate(names) if any(s == side and n in members for s, n in readings(label))]
+
+
 def is_skin(label: str) -> bool:
     """Whether a label is that of a marker on the skin and can be no joint of a keypoint set."""
     others = frozenset(table("skin")["others"]["names"])

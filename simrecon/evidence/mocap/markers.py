@@ -8,7 +8,7 @@ import numpy as np
 
 from simrecon.evidence.axes import find_up, to_z_up
 from simrecon.evidence.content import Content
-from simrecon.evidence.mocap import centres, feet, labels, planar, pointset, size
+from simrecon.evidence.mocap import centres, feet, functional, labels, planar, pointset, size
 from simrecon.evidence.mocap.pointset import NEEDED, PointSet
 from simrecon.evidence.options import Options
 from simrecon.types import Array, Evidence
@@ -92,6 +92,10 @@ def joints(
     if flat is not None:
         notes.append(planar.with_depth(centre, skin, flat, size.rough(points.near_joints())))
     estimates = centres.joints(skin, centre)
+    if moved := functional.knees(points.clusters(), skin, centre) if skin else []:
+        estimates += centres.joints(skin, centre)  # ankles, whose place the knees tell
+    if moved := moved + functional.ankles(points.clusters(), skin, centre):
+        notes.append(f"found by how the bones move: {', '.join(moved)}")
     if absent := [name for name in NEEDED if name not in centre or not np.isfinite(centre[name]).any()]:
         raise pointset.missing(content, points, absent[0])
     tall = size.stature_m(centre)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.evidence.content import Content
-from simrecon.evidence.mocap import labels, size, subjects
+from simrecon.evidence.mocap import functional, labels, size, subjects
 from simrecon.evidence.options import Options
 from simrecon.types import Array
 
@@ -55,9 +55,29 @@ class PointSet:
                 for marker in (f"{side}_{marker}" for marker in markers):
                     if marker in skin:
                         found.setdefault(f"{side}_{joint}", skin[marker])
+            self._amid(found, skin, side)
         if "c7" in skin:
             found.setdefault("neck", skin["c7"])
         return found
+
+    def clusters(self) -> dict[str, Array]:
+        """Markers (T, N, 3) of thighs, shanks and feet, of the bones that have any."""
+        members = {
+            f"{side}_{bone}": labels.cluster(bone, side, self.names)
+            for side in size.SIDES
+            for bone in labels.table("cluster")
+        }
+        return {bone: self.places[:, rows] for bone, rows in members.items() if rows}
+
+    def _amid(self, found: dict[str, Array], skin: Mapping[str, Array], side: str) -> None:
+        """Stand-ins for knees and ankles without a marker: between thigh and shank, and the heel."""
+        bones = self.clusters()
+        thigh, shank, heel = bones.get(f"{side}_thigh"), bones.get(f"{side}_shank"), skin.get(f"{side}_heel")
+        if min(len(bone[0]) if bone is not None else 0 for bone in (thigh, shank)) < functional.MARKERS_MIN:
+            return
+        if thigh is not None and shank is not None and heel is not None:
+            found.setdefault(f"{side}_knee", (thigh.mean(axis=1) + shank.mean(axis=1)) / 2)
+            found.setdefault(f"{side}_ankle", heel)
 
     def at(self, places: Array) -> PointSet:
         """The same points at other places (T, M, 3)."""
