@@ -56,7 +56,7 @@ def toml(name: str, *parts: str) -> dict[str, Any]:
             return tomllib.load(stream)
     except OSError as error:
         there = ", ".join(sorted(found.name for found in path.parent.glob("*.toml"))) or "none"
-        raise SimreconError(f"can't read {path}; TOML files there: {there}") from error
+        raise SimreconError(f"cannot read {path}; TOML files there: {there}") from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise SimreconError(f"{path} is not valid TOML: {error}") from error
 

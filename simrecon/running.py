@@ -109,7 +109,7 @@ def _check_ahead(job: Job) -> None:
 def _check_files(job: Job) -> None:
     source = job.detected or job.input
     if not Path(source).exists():
-        raise InputError(f"{source}: can't be read (there is no such file); give an existing file")
+        raise InputError(f"{source}: cannot be read (there is no such file); give an existing file")
     if names := request.changed(job):
         files = {"input": job.input, "keypoints": job.reading.keypoints, "start": job.start}
         first = files.get(names[0]) or names[0]

@@ -161,5 +161,5 @@ def test_an_unknown_name_lists_the_plans() -> None:
 def test_a_file_that_is_not_text(tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="can't read the plan"):
+    with pytest.raises(InputError, match="cannot read the plan"):
         plans.read(path)

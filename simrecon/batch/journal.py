@@ -86,7 +86,7 @@ def cannot_write(folder: Path | str, error: OSError) -> SimreconError:
         return DiskFullError(
             f"{folder}: the disk is full; nothing is lost: make space, then give the same command again"
         )
-    return InputError(f"{folder}: can't be written ({error.strerror or error}); valid: a writable folder")
+    return InputError(f"{folder}: cannot be written ({error.strerror or error}); valid: a writable folder")
 
 
 def write_json(target: Path, content: Any) -> None:

@@ -66,7 +66,7 @@ def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, An
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: can't be read as TOML: {error}") from error
+        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
     for key in content:
         if key not in ("clip", "defaults"):
             raise InputError(f"{path}: unknown key {key!r}; valid: [defaults] and [[clip]]")
@@ -87,7 +87,7 @@ def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any
             rows = [(f"{path}: line {reader.line_num}:", row) for row in reader if not _is_empty(row)]
             header = reader.fieldnames or ()
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: can't be read as CSV: {error}") from error
+        raise InputError(f"{path}: cannot be read as CSV: {error}") from error
     if "input" not in header or not rows:
         raise InputError(f"{path}: found no column 'input', or no rows; valid columns: {', '.join(KEYS)}")
     for where, row in rows:

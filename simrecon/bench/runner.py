@@ -70,7 +70,7 @@ def run(
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"{output}: can't be made ({error.strerror}); give a folder in a writable place"
+            f"{output}: cannot be made ({error.strerror}); give a folder in a writable place"
         ) from error
     threads = threads or max(1, processor.cores() // jobs)
     work = [

@@ -38,7 +38,7 @@ def load(path: Path | str) -> dict[str, Any]:
             raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
         content = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: can't read the body model: {error.strerror}") from error
+        raise InputError(f"{path}: cannot read the body model: {error.strerror}") from error
     try:
         if path.suffix.lower() == ".npz":
             return _npz(str(path), content)

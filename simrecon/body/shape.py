@@ -106,7 +106,7 @@ def space() -> ShapeSpace:
             float(arrays["volume_factor"]),
         )
     except (OSError, ValueError, KeyError) as error:
-        raise SimreconError(f"can't read {path}: {error}; install simrecon again") from error
+        raise SimreconError(f"cannot read {path}: {error}; install simrecon again") from error
 
 
 def check(betas: Array, shapes: ShapeSpace, where: str = "betas") -> Array:

@@ -103,7 +103,7 @@ def _network() -> tuple[tuple[Array, Array], ...]:
                 raise ValueError(f"schema is {data['schema']}")
             return tuple((data[f"weight_{i}"], data[f"bias_{i}"]) for i in range(3))
     except (OSError, ValueError, KeyError) as error:
-        raise SimreconError(f"can't read {path}: {error}; install simrecon again") from error
+        raise SimreconError(f"cannot read {path}: {error}; install simrecon again") from error
 
 
 def regress(betas: Array) -> Array:

@@ -76,7 +76,7 @@ def propose(options: argparse.Namespace) -> int:
     metric = seen.height_m is not None or seen.joints_frame == "world"
     if not metric:
         print(
-            "# the person's height is not given, and one camera can't tell small and near from tall and far:"
+            "# the person's height is not given, and one camera cannot tell small and near from tall and far:"
         )
         print("# only seats can be found, not beams and steps under the feet; --height-m helps")
     fit = _floating(asked, seen, scene) if metric else _fitted(asked, seen, scene)

@@ -40,7 +40,7 @@ def check_video(video_path: Path | str, times_s: Array, camera: Camera | None) -
             there is no camera.
     """
     if camera is None:
-        raise InputError(f"{video_path}: can't be drawn on, for the evidence has no camera (camera_K)")
+        raise InputError(f"{video_path}: cannot be drawn on, for the evidence has no camera (camera_K)")
     with contextlib.closing(video.frames(video_path, times_s)) as frames:
         _check_shape(next(frames), camera)
 

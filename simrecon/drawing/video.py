@@ -77,7 +77,7 @@ def _encode(partial: Path, path: Path, images: Iterable[Image], fps: float) -> N
                 size = (image.shape[1], image.shape[0])
                 writer = cv2.VideoWriter(str(partial), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
                 if not writer.isOpened():
-                    raise InputError(f"{path}: can't write the video: is the folder there and writable?")
+                    raise InputError(f"{path}: cannot write the video: is the folder there and writable?")
             writer.write(image)
     finally:
         if writer is not None:
@@ -103,7 +103,7 @@ def _open(path: Path | str, times_s: Array) -> tuple[cv2.VideoCapture, IntArray]
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
         raise InputError(
-            f"{path}: can't be opened as a video; valid: a format that OpenCV reads, such as .mp4"
+            f"{path}: cannot be opened as a video; valid: a format that OpenCV reads, such as .mp4"
         )
     count, fps = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), capture.get(cv2.CAP_PROP_FPS)
     if count == len(times_s) or fps <= 0:

@@ -78,7 +78,7 @@ def read(path: Path) -> Fitted:
     try:
         model = compile_text(str(arrays.array("mjcf")))
     except ValueError as error:
-        raise InputError(f"{path}: mjcf: can't be loaded ({error}); valid: a body and its scene") from error
+        raise InputError(f"{path}: mjcf: cannot be loaded ({error}); valid: a body and its scene") from error
     shape = configurations(model, scene, with_items_at_rest(model, qpos), parts, names)
     pixels = arrays.array("reprojection_px").astype(np.float64)
     span = float(times[-1] - times[0])

@@ -91,7 +91,7 @@ def open_content(path: str | os.PathLike[str]) -> Content:
         with path.open("rb") as file:
             head = file.read(4096)
     except OSError as error:
-        raise InputError(f"{path}: can't be read ({error.strerror}); give an existing file") from error
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give an existing file") from error
     kind = containers.kind(path, head)
     if size > MAX_BYTES and kind != "video":
         raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
@@ -113,4 +113,4 @@ def _bytes(path: Path) -> bytes:
             raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
         return path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: can't be read ({error.strerror}); give an existing file") from error
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give an existing file") from error

@@ -142,7 +142,7 @@ def _read(content: Content, reader: Reader, options: Options) -> Evidence:
     except _MISFITS as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         valid = f"a file as {reader.title} has it; --debug shows where"
-        raise content.fail("layout", f"values that don't fit it ({reason})", valid) from error
+        raise content.fail("layout", f"values that do not fit it ({reason})", valid) from error
     if reader.name == "evidence":
         return evidence
     camera = evidence.camera

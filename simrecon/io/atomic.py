@@ -19,7 +19,7 @@ from simrecon.errors import InputError
 
 def cannot_write(target: Path | str, error: OSError) -> InputError:
     """The error of a file or folder that can't be written, in one line."""
-    return InputError(f"{target}: can't be written ({error.strerror or error}); valid: a writable place")
+    return InputError(f"{target}: cannot be written ({error.strerror or error}); valid: a writable place")
 
 
 @contextlib.contextmanager

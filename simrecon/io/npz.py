@@ -43,7 +43,9 @@ def load(path: str | os.PathLike[str]) -> Arrays:
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        raise InputError(f"{source}: can't be read ({error.strerror}); give an existing .npz file") from error
+        raise InputError(
+            f"{source}: cannot be read ({error.strerror}); give an existing .npz file"
+        ) from error
     return parse_npz(source, content)
 
 

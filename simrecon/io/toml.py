@@ -25,7 +25,7 @@ def load(path: Path | str, noun: str = "file") -> dict[str, Any]:
         content = Path(path).read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: can't read the {noun}: {reason}") from error
+        raise InputError(f"{path}: cannot read the {noun}: {reason}") from error
     return loads(content, str(path))
 
 

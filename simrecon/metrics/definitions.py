@@ -78,7 +78,7 @@ FORCES = {
     **{f"touch_f1_force_{part}": f"that of the {part.replace('_', ' ')}" for part in PARTS},
     "peak_torque_Nmpkg": "greatest torque of a joint, Nm per kg",
     "peak_power_Wpkg": "greatest power of a joint, W per kg",
-    "residual_mean_pct": "force that contact doesn't explain, mean, per cent of body weight",
+    "residual_mean_pct": "force that contact does not explain, mean, per cent of body weight",
     "residual_max_pct": "its maximum",
 }
 ITEMS = {

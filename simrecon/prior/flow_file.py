@@ -27,7 +27,9 @@ def flow() -> Flow:
         with np.load(path, allow_pickle=False) as data:
             return from_arrays({key: data[key] for key in data.files})
     except (OSError, KeyError, ValueError) as error:
-        raise SimreconError(f"{path}: can't read the pose prior ({error}): install simrecon again") from error
+        raise SimreconError(
+            f"{path}: cannot read the pose prior ({error}): install simrecon again"
+        ) from error
 
 
 def from_arrays(data: dict[str, NDArray[np.generic]]) -> Flow:

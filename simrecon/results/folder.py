@@ -120,7 +120,7 @@ def _check_replaceable(folder: Path | str, target: Path) -> None:
     if not target.is_dir():
         raise InputError(f"{folder}: found a file; valid: a folder for the result")
     if os.path.ismount(target):
-        raise InputError(f"{folder}: found a mount point, which can't be renamed; valid: a folder inside it")
+        raise InputError(f"{folder}: found a mount point, which cannot be renamed; valid: a folder inside it")
     inside = sorted(path.name for path in target.iterdir())
     foreign = [name for name in inside if name not in FILES]
     if foreign or (inside and REPORT not in inside):

@@ -55,7 +55,7 @@ def read(folder: Path | str) -> Report:
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: can't be read ({error}); valid: the report of a result folder") from error
+        raise InputError(f"{path}: cannot be read ({error}); valid: the report of a result folder") from error
     if not isinstance(report, dict):
         raise InputError(f"{path}: found no table; valid: the report of a result folder")
     source(report, path)

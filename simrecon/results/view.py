@@ -83,7 +83,7 @@ class Result:
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: can't be read ({error}); valid: a result's model") from error
+            raise InputError(f"{path}: cannot be read ({error}); valid: a result's model") from error
         person = report_file.person(self.report, self.folder / folders.REPORT)
         body = known.of_mjcf(text, person.height_m)
         return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)

@@ -122,7 +122,7 @@ def _raw(file: str, changed: int, where: str) -> tuple[Array, IntArray]:
     try:
         mesh = trimesh.load_mesh(file)
     except Exception as error:
-        raise InputError(f"{where} {file}: can't be read as a mesh: {error}") from error
+        raise InputError(f"{where} {file}: cannot be read as a mesh: {error}") from error
     vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     if not len(faces) or not np.isfinite(vertices).all():
         raise InputError(f"{where} {file}: it has no finite triangles")

@@ -105,7 +105,7 @@ def item(table: Any, where: str) -> SceneItem:
     kind = kinds.kind(word, where)
     if "mass_kg" in table and not kind.movable:
         movable = ", ".join(entry.name for entry in kinds.table().values() if entry.movable)
-        raise InputError(f"{where} a {word} can't be moved, so it has no mass_kg; movable: {movable}")
+        raise InputError(f"{where} a {word} cannot be moved, so it has no mass_kg; movable: {movable}")
     check_keys(where, table, _item_keys(kind), REQUIRED_KEYS)
     parameters = kinds.parameters(kind, table, where)
     common = {key: value for key, value in table.items() if key not in parameters}

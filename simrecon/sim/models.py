@@ -23,4 +23,4 @@ def load(path: Path | str) -> mujoco.MjModel:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
-        raise InputError(f"{path}: can't be loaded ({error}); valid: a result's model") from error
+        raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error

@@ -113,8 +113,8 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
         ('[[clip]]\ninput = "none.npz"\n', "found no such file"),
         ("[[clips]]\n", "unknown key 'clips'"),
         ("clip = 3\n", "found no [[clip]]"),
-        ("not toml", "can't be read as TOML"),
-        ("a = " + 5000 * "[", "can't be read as TOML"),
+        ("not toml", "cannot be read as TOML"),
+        ("a = " + 5000 * "[", "cannot be read as TOML"),
     ],
 )
 def test_what_is_wrong_in_a_manifest_is_one_line(tmp_path: Path, text: str, words: str) -> None:

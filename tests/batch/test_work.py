@@ -112,7 +112,7 @@ def test_a_clip_that_cannot_be_read_is_one_line(inputs: Path, plan: str) -> None
 
 
 def test_a_full_disk_is_told_from_other_errors() -> None:
-    wrapped = InputError("can't be written")
+    wrapped = InputError("cannot be written")
     wrapped.__cause__ = OSError(28, "No space left on device")
     assert failures.failure("a", wrapped)["kind"] == "disk"
     assert failures.failure("a", OSError(13, "Permission denied"))["kind"] == "error"

@@ -172,7 +172,7 @@ def test_a_clip_that_fails_stands_in_the_tables(data: Path, tmp_path: Path) -> N
     content = run(data, tmp_path, seeds=(0,), clip=(bad,), variant=chosen.variant[:1])
     (row,) = content["runs"]
     assert row["status"] == "failed"
-    assert "gone.npz: can't be read" in row["message"]
+    assert "gone.npz: cannot be read" in row["message"]
     page = (tmp_path / "tiny.md").read_text(encoding="utf-8")
     assert "## Failed" in page
     assert "| gone | – |" in page

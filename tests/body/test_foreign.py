@@ -125,5 +125,5 @@ def test_other_files_are_refused(tmp_path: Path, name: str, content: bytes, mess
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none.npz: can't read the body model: No such file"):
+    with pytest.raises(InputError, match=r"none.npz: cannot read the body model: No such file"):
         foreign.load(tmp_path / "none.npz")

@@ -80,7 +80,7 @@ def test_comments_and_order_stay(file: Path) -> None:
         (["add", "{}", "chiar"], "'chiar' is unknown, did you mean 'chair'?"),
         (["add", "{}", "box"], "lacks the key 'size_m'"),
         (["add", "{}", "box", "size_m=-1,1,1"], "size_m must be a list of three numbers above 0"),
-        (["add", "{}", "wall", "mass_kg=3"], "a wall can't be moved"),
+        (["add", "{}", "wall", "mass_kg=3"], "a wall cannot be moved"),
         (["add", "{}", "chair", "seat_hight_m=1"], "did you mean 'seat_height_m'?"),
         (["set", "{}", "sofa", "yaw_rad=1"], "there is no item 'sofa'; there: bench"),
         (["set", "{}", "bench", "yaw_rad"], "found 'yaw_rad'; valid: KEY=VALUE"),
@@ -91,7 +91,7 @@ def test_comments_and_order_stay(file: Path) -> None:
         (["remove", "{}", "bnch"], "did you mean 'bench'?"),
         (["new", "{}"], "exists already"),
         (["show", "{}", "-o", "x.jpg"], "valid: a name that ends in .png"),
-        (["check", "none.toml"], "none.toml: can't read"),
+        (["check", "none.toml"], "none.toml: cannot read"),
         (["suggest", "none.npz"], "none.npz"),
     ],
 )

@@ -360,9 +360,9 @@ def test_write_without_video(tmp_path: Path, known: Camera | None) -> None:
     ("content", "words"),
     [
         (None, "no such video"),
-        (b"", "can't be opened as a video"),
-        (b"no video " * 99, "can't be opened"),
-        (b"\0\0\0\x18ftypmp42" + b"\0" * 99, "can't be opened"),
+        (b"", "cannot be opened as a video"),
+        (b"no video " * 99, "cannot be opened"),
+        (b"\0\0\0\x18ftypmp42" + b"\0" * 99, "cannot be opened"),
     ],
 )
 def test_bad_videos(
@@ -400,9 +400,9 @@ def test_too_few_images() -> None:
 
 
 def test_unwritable_places(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         overlay.write(tmp_path / "none", clip())
-    with pytest.raises(InputError, match="can't write the video"):
+    with pytest.raises(InputError, match="cannot write the video"):
         video.write_video(tmp_path / "none" / "a.mp4", black(), 30.0)
     with pytest.raises(InputError, match="no frames"):
         video.write_video(tmp_path / "a.mp4", [], 30.0)

@@ -158,5 +158,5 @@ def test_broken_files(tmp_path: Path, text: str, message: str) -> None:
 
 
 def test_no_such_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         files.read(tmp_path / "none.toml")

@@ -83,7 +83,7 @@ UNKNOWN = {
     "damaged json": (b"[1, 2", "damaged JSON"),
     "deep json": (b"[" * 100_000, "damaged JSON"),
     "zip": (b"PK\x03\x04" + bytes(50), "damage"),
-    "video": (b"\x00\x00\x00\x18ftypmp42" + bytes(50), "can't be opened as a video"),
+    "video": (b"\x00\x00\x00\x18ftypmp42" + bytes(50), "cannot be opened as a video"),
     "lz4": (b"\x04\x22\x4d\x18" + bytes(50), "found lz4 compression; valid: none, zlib"),
 }
 
@@ -101,7 +101,7 @@ def test_unknown_files_are_one_line(tmp_path: Path, name: str) -> None:
 
 
 def test_missing_files_and_folders_without_landmarks(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"can't be read \(No such file"):
+    with pytest.raises(InputError, match=r"cannot be read \(No such file"):
         evidence.read(tmp_path / "none.pkl")
     (tmp_path / "folder").mkdir()
     with pytest.raises(InputError, match="a folder of no known format"):

@@ -297,7 +297,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
     ),
     "COCO, a list as id": (
         changed(coco_dataset, lambda t: t["annotations"][0].update(image_id=[1])),
-        "layout: found values that don't fit it (TypeError: ",
+        "layout: found values that do not fit it (TypeError: ",
     ),
     "AlphaPose, a list as image": (changed(alphapose, lambda t: t[5].update(image_id=[1])), "[5].image_id"),
     "OpenPose, beyond any image": (
@@ -472,7 +472,7 @@ BAD3D: dict[str, tuple[Callable[[Path], Path], str]] = {
     "SAM, wrong rank": (lambda f: sam3d(f, pred_keypoints_3d=np.zeros((70, 2))), "found shape (70, 2)"),
     "SAM, NaN": (lambda f: sam3d(f, pred_cam_t=np.full(3, np.nan)), "found NaN"),
     "SAM, no focal length": (lambda f: sam3d(f, focal_length=0.0), "focal_length: found 0"),
-    "SAM, they don't agree": (
+    "SAM, they do not agree": (
         lambda f: sam3d(f, pred_keypoints_2d=np.random.default_rng(0).uniform(0, 700, (70, 2))),
         "px off",
     ),

@@ -388,7 +388,7 @@ def test_unwritable_target_leaves_nothing(tmp_path: Path) -> None:
     folder = tmp_path / "folder.npz"
     folder.mkdir()
     for target in (tmp_path / "missing" / "clip.npz", folder):
-        with pytest.raises(InputError, match=r"can't be written \(.*\); valid: a writable place"):
+        with pytest.raises(InputError, match=r"cannot be written \(.*\); valid: a writable place"):
             write(target, evidence)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["clip.npz", "folder.npz"]
 

@@ -82,7 +82,7 @@ def test_bad_columns(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 
 def test_no_file_and_no_text(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nowhere: can't be read"):
+    with pytest.raises(InputError, match="nowhere: cannot be read"):
         opensim.read_trc(tmp_path / "nowhere")
     (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="a MOT or STO file"):

@@ -179,14 +179,14 @@ def test_plain_data_survive_joblib(tmp_path: Path, compress: bool) -> None:
 
 @pytest.mark.parametrize("compress", [0, 3, ("gzip", 3), ("bz2", 3), ("xz", 3), ("lzma", 3)], ids=str)
 def test_files_of_joblib_itself(tmp_path: Path, compress: Any) -> None:
-    joblib = pytest.importorskip("joblib", reason="joblib isn't installed")
+    joblib = pytest.importorskip("joblib", reason="joblib is not installed")
     joblib.dump(tree(), tmp_path / "a.pkl", compress=compress)
     assert_equal(open_content(tmp_path / "a.pkl").tree, tree())
 
 
 @pytest.mark.parametrize("layout", ["zip", "old", "pickle"])
 def test_files_of_torch_itself(tmp_path: Path, layout: str) -> None:
-    torch = pytest.importorskip("torch", reason="torch isn't installed")
+    torch = pytest.importorskip("torch", reason="torch is not installed")
     wide = torch.arange(12, dtype=torch.float32).view(3, 4)
     given = {
         "a": wide.t(),

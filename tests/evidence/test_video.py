@@ -211,7 +211,7 @@ def test_odd_size(tmp_path: Path) -> None:
 def test_damaged_and_missing_videos(tmp_path: Path) -> None:
     path = tmp_path / "bad.mp4"
     path.write_bytes(b"\0\0\0\x18ftypmp42" + bytes(200))
-    with pytest.raises(InputError, match=r"can't be opened as a video|no frame that can be decoded"):
+    with pytest.raises(InputError, match=r"cannot be opened as a video|no frame that can be decoded"):
         evidence.read(path, Options(camera=lens()))
     with pytest.raises(InputError, match="there is no such video"):
         frames.probe(tmp_path / "none.mp4")

@@ -176,5 +176,5 @@ def test_what_can_not_be_written_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught, atomic.reported(path):
         atomic.write_text(path, "new")
     assert (
-        str(caught.value) == f"{path}: can't be written (No such file or directory); valid: a writable place"
+        str(caught.value) == f"{path}: cannot be written (No such file or directory); valid: a writable place"
     )

@@ -178,10 +178,10 @@ def test_slips_are_one_clear_line(old: str, new: str, message: str) -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none.toml: can't read the task: No such file"):
+    with pytest.raises(InputError, match=r"none.toml: cannot read the task: No such file"):
         tables.read(Task, tmp_path / "none.toml", "task")
     (tmp_path / "a.toml").write_bytes(b"\xff")
-    with pytest.raises(InputError, match=r"a.toml: can't read the task"):
+    with pytest.raises(InputError, match=r"a.toml: cannot read the task"):
         tables.read(Task, tmp_path / "a.toml", "task")
 
 

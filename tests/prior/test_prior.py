@@ -218,7 +218,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     flow.cache_clear()
     try:
         with pytest.raises(
-            SimreconError, match=r"flow\.npz: can't read the pose prior \(schema simrecon\.flow/9"
+            SimreconError, match=r"flow\.npz: cannot read the pose prior \(schema simrecon\.flow/9"
         ):
             flow()
     finally:

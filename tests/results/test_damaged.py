@@ -47,7 +47,7 @@ def test_reports(case: str, damaged: Path) -> None:
 
 def test_a_report_that_is_no_table(damaged: Path) -> None:
     (damaged / "report.json").write_text("[" * 100_000, encoding="utf-8")
-    with pytest.raises(InputError, match="can't be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         _ = results.open_result(damaged).report
     (damaged / "report.json").write_text("[]", encoding="utf-8")
     with pytest.raises(InputError, match="found no table"):

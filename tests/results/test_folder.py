@@ -245,7 +245,7 @@ def test_a_result_that_only_lacks_its_place_is_kept(
         return rename(path, target)
 
     monkeypatch.setattr(Path, "rename", fail)
-    with pytest.raises(InputError, match=r"out: can't be written \(No space left on device\)") as caught:
+    with pytest.raises(InputError, match=r"out: cannot be written \(No space left on device\)") as caught:
         results.write(job_of(out), run)
     assert (out / "report.json").read_bytes() == before
     kept = Path(str(caught.value).rsplit("the result is kept in ", 1)[1])
@@ -317,13 +317,13 @@ def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
     (tmp_path / "clip.npz").write_bytes(b"")
     with pytest.raises(InputError, match="found a file"):
         results.check_writable(tmp_path / "clip.npz")
-    with pytest.raises(InputError, match="can't be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         results.check_writable(tmp_path / "clip.npz" / "out")
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a file system that nobody can write to")
 def test_a_place_without_permission_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^/proc/out: can't be written \("):
+    with pytest.raises(InputError, match=r"^/proc/out: cannot be written \("):
         results.check_writable("/proc/out")
 
 
@@ -372,7 +372,7 @@ def test_damaged_motion_is_one_clear_line(
 def test_no_result_is_one_clear_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere: found no such folder"):
         results.read_motion(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"motion\.npz: can't be read"):
+    with pytest.raises(InputError, match=r"motion\.npz: cannot be read"):
         results.read_motion(tmp_path)
 
 

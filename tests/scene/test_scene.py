@@ -201,12 +201,12 @@ def test_a_single_table_item_is_refused() -> None:
 
 
 def test_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none\.toml: can't read"):
+    with pytest.raises(InputError, match=r"none\.toml: cannot read"):
         scenes.read(tmp_path / "none.toml")
 
 
 def test_unwritable_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         scenes.write(Scene(), tmp_path / "no" / "scene.toml")
 
 

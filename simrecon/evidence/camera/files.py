@@ -48,7 +48,9 @@ def read(
     try:
         raw = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: can't be read ({error.strerror}); give an existing camera file") from error
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}); give an existing camera file"
+        ) from error
     listed = storage.read(path, raw) if storage.matches(raw) else tables.read(path, raw)
     chosen, how = _choose(path, listed, name, hint)
     lens, scaled = _to_size(path, chosen, size_px)

@@ -197,7 +197,7 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
     if choice.number is not None and there:
         people = f"at most {len(follower.first)} people at a time"
         return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
-    damaged = f", of {told}: the rest can't be decoded" if count < told else ""
+    damaged = f", of {told}: the rest cannot be decoded" if count < told else ""
     nobody = f"found no person in {count} frames{damaged}"
     return InputError(f"{path}: people: {nobody}; valid: a video that shows a person")
 

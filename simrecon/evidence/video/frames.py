@@ -41,7 +41,7 @@ def _open(path: Path) -> cv2.VideoCapture:
         raise InputError(f"{path}: there is no such video")
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
-        raise InputError(f"{path}: can't be opened as a video; valid: one that FFmpeg reads, such as .mp4")
+        raise InputError(f"{path}: cannot be opened as a video; valid: one that FFmpeg reads, such as .mp4")
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
     return capture
 
