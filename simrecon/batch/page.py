@@ -14,6 +14,7 @@ from simrecon import resources
 from simrecon.batch import status
 from simrecon.batch.journal import Places
 from simrecon.batch.status import Row, State
+from simrecon.io.messages import counted
 from simrecon.results.folder import REPORT
 from simrecon.system.progress import duration
 
@@ -111,7 +112,7 @@ def _verdict(row: Row) -> tuple[str, str]:
     if row.figures["fallback"]:
         return (
             "fallback",
-            f"{row.figures['fallback']} of {row.figures['frames']} frames on kinematic fallback",
+            f"{row.figures['fallback']} of {counted(row.figures['frames'], 'frame')} on kinematic fallback",
         )
     if row.figures["fell"]:
         return "fell", "fell"

@@ -23,6 +23,7 @@ from simrecon.batch.journal import Event, Journal, Places, cannot_write
 from simrecon.batch.ledger import Ledger, Outcome, Say
 from simrecon.batch.work import Assignment
 from simrecon.errors import SimreconError
+from simrecon.io.messages import counted
 from simrecon.io.provenance import code_digest
 from simrecon.system import signals
 
@@ -120,7 +121,9 @@ class _Night:
             agenda.add(Task(clip, facts))
         agenda.sort()
         kept_words = f", {len(ledger.outcome.kept)} done before" if ledger.outcome.kept else ""
-        ledger.say(f"{len(agenda.waiting)} clips to do, {agenda.video_s:.1f} s of video{kept_words}")
+        ledger.say(
+            f"{counted(len(agenda.waiting), 'clip')} to do, {agenda.video_s:.1f} s of video{kept_words}"
+        )
 
     def _loop(self, jobs: int) -> None:
         until = self._settings.until_s

@@ -8,6 +8,7 @@ from typing import Any
 
 from simrecon.batch import journal
 from simrecon.batch.journal import Event, Places
+from simrecon.io.messages import counted
 from simrecon.system.progress import duration
 
 ORDER = ("running", "waiting", "failed", "done")
@@ -146,7 +147,7 @@ def text(state: State, folder: str, now: float | None = None) -> str:
         head += f": {state.reason}" if state.reason else ""
     lines = [
         f"{folder}: {head}",
-        f"{len(rows)} clips: {count['done']} done, {count['running']} running, "
+        f"{counted(len(rows), 'clip')}: {count['done']} done, {count['running']} running, "
         f"{count['waiting']} waiting, {count['failed']} failed",
     ]
     for row in state.of("running"):

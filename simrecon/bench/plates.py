@@ -18,6 +18,7 @@ from simrecon.evidence import markers
 from simrecon.evidence.npz import write
 from simrecon.evidence.opensim import Columns, Markers, read_mot, read_trc
 from simrecon.io import atomic
+from simrecon.io.messages import counted
 from simrecon.metrics.dynamics import LOADED_N
 from simrecon.metrics.truth import SIDES, TRUTH_SCHEMA
 from simrecon.types import Array, Evidence
@@ -181,6 +182,6 @@ def _span(moving: Markers, span_s: tuple[float, float] | None, source: Path) -> 
         return moving
     kept = (moving.times_s >= span_s[0] - 1e-9) & (moving.times_s <= span_s[1] + 1e-9)
     if kept.sum() < 3:
-        found = f"{int(kept.sum())} frames from {span_s[0]:g} to {span_s[1]:g} s"
+        found = f"{counted(int(kept.sum()), 'frame')} from {span_s[0]:g} to {span_s[1]:g} s"
         raise InputError(f"{source}: found {found}; valid: three or more")
     return Markers(moving.times_s[kept], moving.names, moving.points_m[kept])

@@ -11,6 +11,7 @@ import numpy as np
 from simrecon import exports, results
 from simrecon.cli import arguments
 from simrecon.cli.run import EXIT_FALLBACK
+from simrecon.io.messages import counted
 from simrecon.replay import SIMULATED
 
 
@@ -33,5 +34,6 @@ def _export(options: argparse.Namespace) -> int:
         print(f"written  {path}")
     fallback = int(np.count_nonzero(result.motion.status != SIMULATED))
     if fallback:
-        print(f"{fallback} frames are not simulated, but the kinematic fit", file=sys.stderr)
+        verb = "is" if fallback == 1 else "are"
+        print(f"{counted(fallback, 'frame')} {verb} not simulated, but the kinematic fit", file=sys.stderr)
     return EXIT_FALLBACK if fallback else 0

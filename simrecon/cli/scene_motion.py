@@ -11,6 +11,7 @@ from simrecon.cli import observing
 from simrecon.drawing import stage, video
 from simrecon.errors import InputError
 from simrecon.evidence import resample
+from simrecon.io.messages import counted
 from simrecon.job import Job, inputs
 from simrecon.scene import check, edit, files, meshes, sheets, suggest
 from simrecon.sim.address import with_items_at_rest
@@ -33,12 +34,12 @@ def check_motion(options: argparse.Namespace) -> int:
     model = compile_text(scenes.build(fit.body.mjcf, scenes.hard_floor(scene), frame_s))
     entries = check.penetrations(model, scene, with_items_at_rest(model, fit.qpos))
     deep = [entry for entry in entries if entry.depth_m.max() > LEAST_DEPTH_M]
-    print(f"\nkinematic motion, {len(fit.qpos)} frames: {_found(len(deep), len(scene.items))}")
+    print(f"\nkinematic motion, {counted(len(fit.qpos), 'frame')}: {_found(len(deep), len(scene.items))}")
     for entry in deep:
         worst = entry.deepest
         spans = entry.spans(LEAST_DEPTH_M)
         when = ", ".join(f"{fit.times_s[a]:.2f}-{fit.times_s[b]:.2f} s" for a, b in spans[:6])
-        more = f" and {len(spans) - 6} times more" if len(spans) > 6 else ""
+        more = f" and {counted(len(spans) - 6, 'time')} more" if len(spans) > 6 else ""
         deepest = f"{1e3 * entry.depth_m[worst]:.0f} mm at {fit.times_s[worst]:.2f} s ({entry.parts[worst]})"
         print(f"{entry.name:<16} {deepest}; {when}{more}")
     check.refuse_start(model, scene, with_items_at_rest(model, fit.qpos[:1])[0])

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from simrecon.io.messages import count
 from simrecon.kinematics import stature
 from simrecon.results import Result
 from simrecon.system.progress import duration
@@ -122,4 +121,4 @@ def _spans(frames: list[int]) -> str:
     """Increasing numbers as `frames 3-5, 9`."""
     runs = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     spans = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
-    return f"{count(len(frames), 'frame').split()[1]} {spans}"
+    return f"{'frame' if len(frames) == 1 else 'frames'} {spans}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.io import atomic
+from simrecon.io.messages import counted
 from simrecon.types import Array, IntArray
 
 Image = NDArray[np.uint8]
@@ -132,4 +133,4 @@ def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> G
 
 
 def _too_short(path: Path | str, count: int, needed: int) -> str:
-    return f"{path}: the video has {count} frames, but the evidence reaches to frame {needed}"
+    return f"{path}: the video has {counted(count, 'frame')}, but the evidence reaches to frame {needed}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from simrecon.evidence.content import Content
+from simrecon.io.messages import counted
 
 
 def choose(content: Content, frames: Mapping[str, int], choice: str | None, unit: str = "frames") -> str:

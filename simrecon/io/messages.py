@@ -17,7 +17,7 @@ def shown(value: Any) -> str:
     return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 1]}…"
 
 
-def count(number: int, thing: str, things: str = "") -> str:
+def counted(number: int, thing: str, things: str = "") -> str:
     """A number of things: `1 frame`, `2 frames`.
 
     Args:

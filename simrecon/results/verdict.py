@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from simrecon.io.messages import count
+from simrecon.io.messages import counted
 from simrecon.results import ending as endings
 from simrecon.types import Report
 
@@ -134,7 +134,7 @@ def _ended(report: Report) -> list[Reason]:
     level = BAD if frames["fallback"] > FALLBACK_SHARE * frames["count"] else DOUBTFUL
     verb = "is" if frames["fallback"] == 1 else "are"
     text = (
-        f"{count(frames['fallback'], 'frame')} of {frames['count']} {verb} not simulated, from "
+        f"{counted(frames['fallback'], 'frame')} of {frames['count']} {verb} not simulated, from "
         f"{ending['from_s']:.2f} to {ending['to_s']:.2f} s ({ending['reason']}: {ending['detail']})"
     )
     return [Reason(level, text, _ended_advice(ending))]

@@ -85,6 +85,14 @@ def test_run_writes_a_result_and_says_what(
     files = sorted(path.name for path in out.iterdir())
     assert files == ["job.toml", "model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
     lines = dict(line.split(maxsplit=1) for line in shown.out.splitlines())
+    assert lines["person"] == "1.75 m, as given; 70 kg, as given"
+    assert lines["lens"].startswith("36° across the image, as given by the input; camera 1.")
+    assert lines["floor"] == "at 0.00 m, as given"
+    assert re.fullmatch(
+        r"body and landmarks are \d+ px apart on average, .* % of the person's .*", lines["image"]
+    )
+    assert re.fullmatch(r"the simulation is \d+ mm from the kinematic fit on average", lines["motion"])
+    assert lines["verdict"] in ("good", "doubtful", "bad")
     assert lines["frames"] == f"{FRAMES} of {FRAMES} simulated"
     assert re.fullmatch(r"[\d.]+, mean of the windows", lines["loss"])
     assert re.fullmatch(r"[\d.]+ s, [\d.]+ s per second of video", lines["time"])
@@ -147,7 +155,11 @@ def test_fallback_is_said_and_exits_with_3(
     fallback = int((results.read_motion(tmp_path / "out").status == replay.FALLBACK).sum())
     assert 0 < fallback < FRAMES
     expected = f"{FRAMES - fallback} of {FRAMES} simulated, {fallback} on kinematic fallback"
-    assert expected in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert expected in shown
+    times = results.read_motion(tmp_path / "out").times_s
+    assert f"ended    at {times[-fallback]:.2f} s, up to {times[-1]:.2f} s: fell" in shown
+    assert re.search(r"verdict +bad\n +\d+ frames of 20 are not simulated, .*: check scene and height", shown)
 
 
 def raising(error: BaseException) -> Callable[..., WindowResult]:

@@ -258,9 +258,19 @@ def test_rerun_needs_its_evidence(
         (["--input", str(other)], "its sha256 is not the one"),
         (["--input", "none.npz"], "--input says where it is"),
     ):
-        assert cli.main(["rerun", str(finished), *words]) == 2
+        assert cli.main(["rerun", str(finished), "-o", str(tmp_path / "out"), *words]) == 2
         assert said in capsys.readouterr().err
-    assert cli.main(["rerun", str(tmp_path)]) == 2
+    assert cli.main(["rerun", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_rerun_replaces_nothing_unless_told_where_to_write(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = {path: path.read_bytes() for path in finished.iterdir()}
+    assert cli.main(["rerun", str(finished), "--plan", "quick"]) == 2
+    assert "rerun: found no -o; valid: -o OUT2" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in finished.iterdir()} == before
 
 
 def test_a_fitted_floor_is_used_and_reported(

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, running
+from simrecon import cli, evidence, job, running
 from simrecon.errors import InputError, SimreconError
 from simrecon.evidence import Options
 from simrecon.evidence.content import open_content
@@ -167,7 +167,7 @@ def test_unseen_frames_are_told(tmp_path: Path) -> None:
     found = evidence.read(files.write(tmp_path / "gap.mp4", images), Options(camera=lens()))
     assert np.flatnonzero(np.isnan(found.keypoints_px).any(axis=(1, 2))).tolist() == [5, 6, 7]
     assert (found.scores[5:8] == 0).all()
-    assert "unseen in 3 of 20 frames, lost 1 times" in found.reading
+    assert "unseen in 3 of 20 frames, lost 1 time" in found.reading
 
 
 @fake
@@ -229,27 +229,89 @@ def test_missing_weights_are_one_line_and_status_2(
 
 
 @fake
-def test_run_keeps_the_evidence_beside_the_result(
-    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("error", "status"), [(SimreconError("far enough"), 1), (KeyboardInterrupt(), 130)])
+def test_a_run_that_ends_early_leaves_nothing(
+    error: BaseException,
+    status: int,
+    clip: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     passed: list[Evidence] = []
 
     def stand_in(seen: Evidence, *_: object) -> Never:
         passed.append(seen)
-        raise SimreconError("far enough")
+        raise error
 
     monkeypatch.setattr(running, "reconstruct", stand_in)
     out = tmp_path / "new" / "out"
-    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == 1
+    assert cli.main(["run", str(clip), "-o", str(out), "--fov", "56"]) == status
     (seen,) = passed
-    kept = tmp_path / "new" / "out.evidence.npz"
-    assert seen.sha256 == hashlib.sha256(kept.read_bytes()).hexdigest()
+    assert len(seen.sha256) == 64  # of the evidence, as a file
     assert seen.reading.startswith("video: clip.mp4, ")
     assert seen.camera is not None
     assert seen.camera.lens.matrix_px[0, 0] == pytest.approx(80 / np.tan(np.radians(28)))
     assert "read as video: clip.mp4" in capsys.readouterr().err
+    assert not out.parent.exists()
+
+
+@fake
+def test_the_evidence_of_a_video_is_kept_beside_its_result(
+    clip: Path, tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    passed: list[Evidence] = []
+
+    def stand_in(seen: Evidence, *_: object) -> Any:
+        passed.append(seen)
+        return run
+
+    monkeypatch.setattr(running, "reconstruct", stand_in)
+    out, kept = tmp_path / "new" / "out", tmp_path / "new" / "out.evidence.npz"
+    words = ["run", str(clip), "-o", str(out), "--fov", "56"]
+    assert cli.main(words) == 0
+    assert f"{kept}: the landmarks of the video" in capsys.readouterr().out
+    (seen,) = passed
+    assert seen.sha256 == hashlib.sha256(kept.read_bytes()).hexdigest()
+    assert job.read(out / "job.toml").detected == str(kept)
     again = inputs.observe(Job(str(clip), str(out), detected=str(kept)))
     np.testing.assert_array_equal(again.keypoints_px, seen.keypoints_px)
+    # one that somebody changed stays, and so does the result's word on it
+    evidence.write(kept, replace(seen, mass_kg=70.0))
+    mine = kept.read_bytes()
+    assert cli.main(words) == 0
+    assert kept.read_bytes() == mine
+    assert job.read(out / "job.toml").detected == str(kept.with_name("out.evidence-2.npz"))
+    assert cli.main([*words, "--replace"]) == 0
+    assert kept.read_bytes() != mine
+
+
+@fake
+def test_what_is_wrong_with_a_job_is_found_before_the_video_is_looked_at(
+    clip: Path, network: Loaded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = tmp_path / "mesh.toml"
+    mesh.write_text('[[item]]\nname = "a"\nkind = "mesh"\nposition_m = [0, 0, 0]\nfile = "none.obj"\n')
+    other = tmp_path / "job.toml"
+    other.write_text(f'schema = "simrecon.job/1"\ninput = "{clip}"\noutput = "out"\nplanner = "nine"\n')
+    base = ["run", str(clip), "-o", str(tmp_path / "out"), "--fov", "56"]
+    for words, message in (
+        ([*base, "--scene", str(tmp_path / "none.toml")], "none.toml"),
+        ([*base, "--scene", str(mesh)], "none.obj"),
+        ([*base, "--plan", "quik"], "did you mean 'quick'"),
+        ([*base, "--keypoints", str(tmp_path / "none.json")], "none.json"),
+        ([*base, "--camera", str(tmp_path / "none.yml")], "none.yml"),
+        ([*base, "--video", str(tmp_path / "none.mp4")], "none.mp4"),
+        ([*base, "--betas=9,9"], "--betas"),
+        ([*base, "--trust", "mocab"], "did you mean 'mocap'"),
+        ([*base[:3], str(clip / "out"), *base[4:]], "can't be written"),
+        (["run", "--job", str(other)], "'nine'"),
+    ):
+        if "--camera" in words:
+            words = [word for word in words if word not in ("--fov", "56")]
+        assert cli.main(words) == 2
+        assert message in capsys.readouterr().err
+    assert network.loaded == 0
 
 
 def test_camera_options(clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,6 +10,7 @@ from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import entries, layouts, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Evidence
 
 ORDER = layouts.Order(
@@ -46,7 +47,7 @@ def read(content: Content, options: Options) -> Evidence:
             ids = person.get("person_id")
             who = str(ids[0]) if isinstance(ids, list) and ids and ids[0] not in (-1, None) else None
             detections.append(tracks.detection(frame, values[:, :2], values[:, 2], who))
-    notes = [f"{len(content.json_files)} files", note, f"{empty} empty people left out" if empty else ""]
+    notes = [counted(len(content.json_files), "file"), note, f"{empty} empty people left out" if empty else ""]
     text = "; ".join(part for part in notes if part)
     return tracks.to_evidence(content, detections, ORDER, options, text, centred=True)
 

@@ -21,6 +21,7 @@ from simrecon.evidence.video.networks import Networks
 from simrecon.evidence.video.tracker import Choice, Tracker
 from simrecon.io import atomic
 from simrecon.io.arrays import Arrays
+from simrecon.io.messages import counted
 from simrecon.io.npz import parse_npz
 from simrecon.types import Array
 
@@ -193,12 +194,14 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
     there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
     if choice.at_px is not None and there:
         where = f"found no person at {choice.at_px[0]:g},{choice.at_px[1]:g}"
-        return InputError(f"{path}: --person-at: {where} in {count} frames; valid: a place on one of {there}")
+        return InputError(
+            f"{path}: --person-at: {where} in {counted(count, 'frame')}; valid: a place on one of {there}"
+        )
     if choice.number is not None and there:
         people = f"at most {len(follower.first)} people at a time"
         return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
     damaged = f", of {told}: the rest cannot be decoded" if count < told else ""
-    nobody = f"found no person in {count} frames{damaged}"
+    nobody = f"found no person in {counted(count, 'frame')}{damaged}"
     return InputError(f"{path}: people: {nobody}; valid: a video that shows a person")
 
 

@@ -12,6 +12,7 @@ from simrecon.evidence.video import detection, frames, metadata, weights
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.detection import Detection
 from simrecon.evidence.video.tracker import Choice
+from simrecon.io.messages import counted
 from simrecon.types import Array, Camera, Evidence
 
 LENSES = "--camera FILE, or --fov DEGREES across the image (many phones: 60 to 70, upright 37 to 43)"
@@ -40,7 +41,7 @@ def read(content: Content, options: Options) -> Evidence:
     seen = detected.seen
     size = f"{info.size_px[0]} x {info.size_px[1]} px{_turned(info)}"
     reading = [
-        f"{content.path.name}, {size}, {len(times)} frames, {clock}",
+        f"{content.path.name}, {size}, {counted(len(times), 'frame')}, {clock}",
         f"lens: {lens}",
         f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: {_whom(detected, choice)}",
         *_notes(detected, info, seen, times),
@@ -123,10 +124,13 @@ def _whom(detected: Detection, choice: Choice) -> str:
 def _notes(detected: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array) -> list[str]:
     notes = []
     if not seen.all():
-        notes.append(f"unseen in {int((~seen).sum())} of {len(times)} frames, lost {detected.losses} times")
-    for part, count in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):
-        if count:
-            notes.append(f"left and right {part} exchanged in {int(count)} frames")
+        notes.append(
+            f"unseen in {int((~seen).sum())} of {counted(len(times), 'frame')}, "
+            f"lost {counted(detected.losses, 'time')}"
+        )
+    for part, number in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):
+        if number:
+            notes.append(f"left and right {part} exchanged in {counted(int(number), 'frame')}")
     if info.count > 0 and len(times) < (1 - RATE_ERROR_MAX) * info.count:
         notes.append(f"only {len(times)} of {info.count} frames could be decoded")
     return notes
