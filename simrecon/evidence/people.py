@@ -8,19 +8,19 @@ from simrecon.evidence.content import Content
 from simrecon.io.messages import counted
 
 
-def choose(content: Content, frames: Mapping[str, int], choice: str | None, unit: str = "frames") -> str:
+def choose(content: Content, frames: Mapping[str, int], choice: str | None, unit: str = "frame") -> str:
     """The person of the user's choice, or the only one.
 
     Args:
         content: the file, for messages.
         frames: number of frames by name of the person.
         choice: of the user.
-        unit: what was counted, if not frames.
+        unit: what was counted, if not frames, in the singular.
 
     Raises:
         InputError: nobody in the file, several and no choice, or no such person.
     """
-    there = ", ".join(f"{name} ({count} {unit})" for name, count in frames.items())
+    there = ", ".join(f"{name} ({counted(number, unit)})" for name, number in frames.items())
     if not frames:
         raise content.fail("people", "no person", "a file with at least one person")
     if choice is not None:

@@ -47,7 +47,8 @@ def read(content: Content, options: Options) -> Evidence:
             ids = person.get("person_id")
             who = str(ids[0]) if isinstance(ids, list) and ids and ids[0] not in (-1, None) else None
             detections.append(tracks.detection(frame, values[:, :2], values[:, 2], who))
-    notes = [counted(len(content.json_files), "file"), note, f"{empty} empty people left out" if empty else ""]
+    left_out = f"{empty} empty people left out" if empty else ""
+    notes = [counted(len(content.json_files), "file"), note, left_out]
     text = "; ".join(part for part in notes if part)
     return tracks.to_evidence(content, detections, ORDER, options, text, centred=True)
 
