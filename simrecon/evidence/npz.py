@@ -112,10 +112,10 @@ def parse(arrays: Arrays) -> Evidence:
     return evidence
 
 
-def _path(camera: Camera, frames: int) -> Array | None:
+def _path(camera: Camera) -> Array | None:
     """The camera's path as a file has it: one transform where it stands still."""
     path = camera.path
-    if path is None or len(path) not in (1, frames) or np.ndim(path) != 3:
+    if path is None or np.ndim(path) != 3 or not len(path):
         return path  # to be refused, unless it is None
     return path[0] if cameras.is_still(camera) else path
 
@@ -142,7 +142,7 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         lens = camera.lens
         content |= {"image_size_px": lens.image_size_px, "camera_K": lens.matrix_px}
         content |= {"camera_dist": lens.distortion}
-        content |= {"world_to_camera": _path(camera, len(evidence.times_s))}
+        content |= {"world_to_camera": _path(camera)}
     if not evidence.ground_known:
         content["ground"] = "unknown"
     if evidence.trust:

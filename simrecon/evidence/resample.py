@@ -81,9 +81,12 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
 
 def _check_path(evidence: Evidence) -> None:
     path = None if evidence.camera is None else evidence.camera.path
-    if path is not None and np.shape(path) != (len(evidence.times_s), 4, 4):
-        valid = f"({len(evidence.times_s)}, 4, 4), a transform for each frame"
-        raise InputError(f"the camera's path: found an array of shape {np.shape(path)}; valid: {valid}")
+    shape, frames = np.shape(path), len(evidence.times_s)
+    if path is None or (shape[1:] == (4, 4) and shape[0] and (path == path[:1]).all()):
+        return
+    if shape != (frames, 4, 4):
+        valid = f"({frames}, 4, 4), a transform for each frame"
+        raise InputError(f"the camera's path: found an array of shape {shape}; valid: {valid}")
 
 
 def frame_interval_s(times_s: Array) -> float:

@@ -33,8 +33,7 @@ def path(frames: int, moving: bool) -> Array:
     return poses
 
 
-@pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("frames", [T - 1, T + 1, 0])
+@pytest.mark.parametrize(("frames", "moving"), [(T - 1, True), (T + 1, True), (0, False)])
 def test_a_path_has_a_transform_for_each_frame(frames: int, moving: bool, tmp_path: Path) -> None:
     camera = Camera(LENS, path(frames, moving))
     with pytest.raises(InputError, match="world_to_camera"):

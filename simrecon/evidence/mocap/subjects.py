@@ -43,7 +43,7 @@ def of_one(content: Content, labels: Sequence[str], person: str | None) -> tuple
     if not bodies and person is None:
         return list(range(len(labels))), [label for _, label in split], ""
     counts = {name or "unnamed": count for name, count in bodies.items()}
-    chosen = people.choose(content, counts, person, "markers")
+    chosen = people.choose(content, counts, person, "marker")
     rows = [i for i, (name, _) in enumerate(split) if (name or "unnamed") == chosen]
     return rows, [split[i][1] for i in rows], people.named(counts, chosen)
 
