@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simrecon.kinematics import stature
+from simrecon.kinematics import stature_prior
 from simrecon.results import Result
 from simrecon.system.progress import duration
 from simrecon.types import Report
@@ -38,7 +38,7 @@ def _height_origin(report: Report) -> str:
         return "as given"
     if origin == "measured":
         return "as measured in the motion capture"
-    mean, spread = stature.adults()
+    mean, spread = stature_prior.adults()
     adults = f"adults are {mean:.2f} ± {mean * spread:.2f} m"
     return f"estimated ({adults if shown is None else f'the input shows {shown:.2f} m, {adults}'})"
 

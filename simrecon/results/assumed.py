@@ -15,7 +15,7 @@ from simrecon import body as bodies
 from simrecon import trust
 from simrecon.geometry import camera as cameras
 from simrecon.job import Job
-from simrecon.kinematics import floor, stature
+from simrecon.kinematics import floor, stature_prior
 from simrecon.pipeline import Reconstruction
 from simrecon.types import Camera
 
@@ -48,8 +48,8 @@ def _height(job: Job, run: Reconstruction, known: str) -> dict[str, Any]:
     evidence, plan = run.evidence, run.problem.plan.kinematics
     lengths = bodies.measure(evidence) if plan.shape and evidence.joint_names else {}
     said = None if "height_m" in job.estimated else evidence.height_m
-    tall = stature.settle(said, lengths, trust.of(evidence), floor=known)
-    origin = ESTIMATED if tall.origin == stature.ASSUMED else tall.origin
+    tall = stature_prior.settle(said, lengths, trust.of(evidence), floor=known)
+    origin = ESTIMATED if tall.origin == stature_prior.ASSUMED else tall.origin
     return {"origin": origin, "shown_m": tall.shown_m}
 
 
@@ -58,11 +58,10 @@ def _lens(job: Job, run: Reconstruction) -> dict[str, Any]:
     if camera is None:
         return {"origin": NONE, "by": None, "fov_deg": None, "size_px": None}
     width, height = camera.lens.image_size_px
-    asked = job.detected is not None or run.evidence.reading  # evidence files have a lens of their own
-    by = "--camera" if reading.camera else "--fov" if reading.fov_deg else ""
+    by = "--camera" if reading.camera else "--fov" if reading.fov_deg else "the input"
     return {
         "origin": USUAL if reading.unknown_camera else GIVEN,
-        "by": None if reading.unknown_camera else by if asked and by else "the input",
+        "by": None if reading.unknown_camera else by,
         "fov_deg": math.degrees(2 * math.atan(0.5 * width / cameras.focal_px(camera.lens))),
         "size_px": [width, height],
     }

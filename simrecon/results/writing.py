@@ -16,7 +16,7 @@ from simrecon.io import atomic
 from simrecon.job import Job
 from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
-from simrecon.results import beside, motion_file, report, verdict
+from simrecon.results import beside, motion_file, report, report_file, verdict
 from simrecon.results import folder as folders
 from simrecon.results.report_file import read as read_report
 from simrecon.results.view import Result, open_result
@@ -88,7 +88,7 @@ def _is_worse(content: Report, target: Path) -> bool:
     if not (target / folders.REPORT).is_file():
         return False
     try:
-        return verdict.is_worse(content, read_report(target))
+        return verdict.is_worse(content, report_file.read(target))
     except (InputError, LookupError, TypeError, ValueError, ZeroDivisionError):
         return False
 
