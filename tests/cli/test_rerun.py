@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +20,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
     """The jobs that would be executed."""
     jobs: list[Job] = []
 
-    def execute(job: Job) -> int:
+    def execute(job: Job, _: argparse.Namespace) -> int:
         jobs.append(job)
         return 0
 
@@ -35,7 +37,19 @@ def test_another_reading_of_a_video_finds_its_landmarks_anew(
     out = tmp_path / "out"
     results.write(job_of(out, input=str(video), detected=str(kept)), run)
     for words in ([], ["--ignore", "joints"], ["--fov", "40"]):
-        cli.main(["rerun", str(out), *words])
+        cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
     same, less, anew = asked
     assert (same.detected, less.detected) == (str(kept), str(kept))
     assert (anew.detected, anew.sha256.detected, anew.reading.fov_deg) == (None, "", 40.0)
+
+
+def test_a_stature_that_was_estimated_is_not_taken_for_given(
+    run: Reconstruction, tmp_path: Path, asked: list[Job]
+) -> None:
+    out = tmp_path / "out"
+    unknown = replace(run, evidence=replace(run.evidence, height_m=None, mass_kg=None))
+    results.write(job_of(out, input=str(out / "motion.npz")), unknown)
+    for words in ([], ["--height-m", "1.8"]):
+        cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
+    assert [job.estimated for job in asked] == [("height_m", "mass_kg"), ("mass_kg",)]
+    assert asked[1].person.height_m == 1.8
