@@ -17,7 +17,7 @@ from simrecon.body import ShapeRequest, known, mass
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
-from simrecon.job import Job, Person, ahead, inputs, request
+from simrecon.job import Job, Person, ahead, checking, inputs, request
 from simrecon.kinematics import retargeting
 from simrecon.observer import SILENT, Observer
 from simrecon.pipeline import Reconstruction, Setup, reconstruct
@@ -55,6 +55,7 @@ def run(
         InputError: something that the job names can't be used; nothing was written.
         SimreconError: the job failed.
     """
+    job, threads = jobs.checked(job), checking.checked_threads(threads)
     _check_ahead(job)
     with unwarned(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
         sources = _sources(job, observer, Path(scratch))
@@ -123,7 +124,7 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
     """Evidence, shape and, for a retargeting, the motion on the other body."""
     if job.retarget:
         return _retargeted(job, observer)
-    shown = inputs.background(job)
+    shown, shape = inputs.background(job), inputs.shape_of(job.person)
     seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
     for row, line in enumerate(seen.reading.splitlines()):
         observer.note(line if row else f"read as {line}")
@@ -133,7 +134,7 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
         job, seen = _kept(job, seen, landmarks)
     if shown is not None:
         overlay.check_video(shown, seen.times_s, seen.camera)
-    return _Sources(job, seen, inputs.shape_of(job.person), landmarks=landmarks)
+    return _Sources(job, seen, shape, landmarks=landmarks)
 
 
 def _kept(job: Job, seen: Evidence, path: Path) -> tuple[Job, Evidence]:

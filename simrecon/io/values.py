@@ -32,7 +32,8 @@ def value_of(kind: Any, rules: Mapping[str, Any], value: Any, where: str) -> Any
     """
     result = _accepted(kind, rules, value)
     if result is _REFUSED:
-        near = hint(value, choices_of(kind, rules)) if isinstance(value, str) else ""
+        words = choices_of(kind, rules)
+        near = hint(value, words) if isinstance(value, str) and value not in words else ""
         raise InputError(f"{where} must be {_noun(kind, rules)}, found {shown(value)}{near}")
     return result
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from simrecon.job.checking import checked
 from simrecon.job.files import absolute, dumps, identity, read
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Hashes, Job
 
-__all__ = ["Hashes", "Job", "Person", "Reading", "absolute", "dumps", "identity", "read"]
+__all__ = ["Hashes", "Job", "Person", "Reading", "absolute", "checked", "dumps", "identity", "read"]

@@ -98,7 +98,10 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
     if not isinstance(table, dict):
         raise InputError(f"{path}: scene is {table!r}; valid: a table, or the path of a scene file")
     inside = dict(table)
-    meshes = folder / str(inside.pop("folder", "."))
+    own = inside.pop("folder", ".")
+    if not isinstance(own, str):
+        raise InputError(f"{path}: [scene] folder must be a path in quotes, found {own!r}")
+    meshes = folder / own
     return scene_files.scene(inside, meshes / Path(path).name)
 
 
