@@ -111,6 +111,8 @@ def _check_files(job: Job) -> None:
     source = job.detected or job.input
     if not Path(source).exists():
         raise InputError(f"{source}: cannot be read (there is no such file); give an existing file")
+    if job.retarget and Path(job.input).resolve() == Path(job.output).resolve():
+        raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
     if names := request.changed(job):
         files = {"input": job.input, "keypoints": job.reading.keypoints, "start": job.start}
         first = files.get(names[0]) or names[0]

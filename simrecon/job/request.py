@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from simrecon.types import Scene
 
 LARGEST_SEED = 2**63 - 1
 MOST_THREADS = 1024
+_TAKEN = ("motion.npz", "model.xml")
+"""Files of a result that a retargeting reads, beside parts of its report."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ def hashes(job: Job) -> Hashes:
         "start": job.start,
     }
     known = {name: provenance.file_digest(Path(path)) for name, path in files.items() if path and _is(path)}
+    if job.retarget and Path(job.input).is_dir():
+        known["input"] = _retargeted(Path(job.input))
     if meshes := _meshes(job.scene):
         known["meshes"] = provenance.digest_of([provenance.file_digest(path) for path in meshes])
     return Hashes(**known)
@@ -98,6 +103,20 @@ def changed(job: Job) -> tuple[str, ...]:
 
 def _is(path: str) -> bool:
     return Path(path).exists()
+
+
+def _retargeted(result: Path) -> str:
+    """Hash of what a retargeting takes from a result; the scene is the job's own.
+
+    What else is written there later, such as an exported motion, makes no difference.
+    """
+    content = [provenance.file_digest(path) for name in _TAKEN if (path := result / name).is_file()]
+    try:
+        report = json.loads((result / "report.json").read_text(encoding="utf-8"))
+        said = [report["person"]["height_m"], report.get("frames", {}).get("interpolated_frames", [])]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # refused when it is read
+        said = []
+    return provenance.digest_of([content, said])
 
 
 def _meshes(scene: Scene) -> list[Path]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ import pytest
 
 from simrecon import cli, kinematics, resources, results
 from simrecon.errors import InputError
+from simrecon.job import Job, Person, request
+from simrecon.results import folder as folders
 from simrecon.results import kinematic
 from tests.support.runs import job_of
 
@@ -58,6 +61,38 @@ def test_a_result_without_its_fit_is_refused(tmp_path: Path, run: Any) -> None:
     results.write(job_of(old), alone)
     with pytest.raises(InputError, match="kinematic_qpos: found none"):
         kinematic.read(old)
+
+
+def test_what_is_written_into_a_result_later_leaves_its_retargeting_repeatable(
+    finished: Path, tmp_path: Path
+) -> None:
+    source = shutil.copytree(finished, tmp_path / "source")
+    job = Job(str(source), str(tmp_path / "out"), person=Person(height_m=1.2), retarget=True)
+    before = request.hashes(job).input
+    (source / "motion.trc").write_text("exported", encoding="utf-8")
+    report = json.loads((source / "report.json").read_text(encoding="utf-8"))
+    report["totals"]["wall_s"] += 1.0
+    (source / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert request.hashes(job).input == before
+    taken: list[tuple[str, Any]] = [("person", "height_m"), ("frames", "interpolated_frames")]
+    for section, key in taken:
+        changed = report | {section: report[section] | {key: [1]}}
+        (source / "report.json").write_text(json.dumps(changed), encoding="utf-8")
+        assert request.hashes(job).input != before
+    (source / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    for name in (folders.MOTION, folders.MODEL):
+        kept = (source / name).read_bytes()
+        (source / name).write_bytes(kept + b" ")
+        assert request.hashes(job).input != before
+        (source / name).write_bytes(kept)
+    assert request.hashes(job).input == before
+
+
+def test_a_result_is_not_retargeted_onto_itself(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = (finished / "motion.npz").read_bytes()
+    assert cli.main(["retarget", str(finished), "-o", f"{finished}/.", "--height-m", "1.2"]) == 2
+    assert "is the result that is retargeted; valid: another folder" in capsys.readouterr().err
+    assert (finished / "motion.npz").read_bytes() == before
 
 
 def test_retarget_simulates_the_motion_on_another_body(finished: Path, hasty: Path, tmp_path: Path) -> None:
