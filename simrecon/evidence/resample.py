@@ -81,8 +81,10 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
 
 def _check_path(evidence: Evidence) -> None:
     path = None if evidence.camera is None else evidence.camera.path
+    if path is None:
+        return
     shape, frames = np.shape(path), len(evidence.times_s)
-    if path is None or (shape[1:] == (4, 4) and shape[0] and (path == path[:1]).all()):
+    if shape[1:] == (4, 4) and shape[0] and (path == path[:1]).all():
         return
     if shape != (frames, 4, 4):
         valid = f"({frames}, 4, 4), a transform for each frame"

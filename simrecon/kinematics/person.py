@@ -8,8 +8,8 @@ import numpy as np
 
 from simrecon import body as bodies
 from simrecon.body import primitives, shape_fit, shaped, shaped_primitives
-from simrecon.kinematics import stature
-from simrecon.kinematics.stature import Stature
+from simrecon.kinematics import stature_prior
+from simrecon.kinematics.stature_prior import Stature
 from simrecon.plan import Kinematics
 from simrecon.trust import Trust
 from simrecon.types import Evidence, IntArray, Primitive, Skeleton
@@ -31,7 +31,7 @@ def measured(
         Tree, shape, and what is known of the stature.
     """
     lengths = bodies.measure(evidence, _seeds(evidence, plan.seed_frames)) if plan.shape else {}
-    tall = stature.settle(evidence.height_m, lengths, worth, floor=floor)
+    tall = stature_prior.settle(evidence.height_m, lengths, worth, floor=floor)
     if request is not None and request.betas is not None:
         own = shaped.make(request.betas, height_m=evidence.height_m, shapes=request.shapes)
         return own.skeleton, own, tall if evidence.height_m else replace(tall, sigma=worth.size)

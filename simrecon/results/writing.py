@@ -18,7 +18,6 @@ from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
 from simrecon.results import beside, motion_file, report, report_file, verdict
 from simrecon.results import folder as folders
-from simrecon.results.report_file import read as read_report
 from simrecon.results.view import Result, open_result
 from simrecon.softfloor import Calibration
 from simrecon.types import Report

@@ -197,6 +197,7 @@ def test_a_scene_looks_at_the_input_as_a_run_does(
         raise InputError("enough")
 
     monkeypatch.setattr(kinematics, "fit", fit)
+    monkeypatch.setattr(kinematics, "fit_to_stature", fit)
     said = [str(clip), "--fps", "30", "--fov", "40", "--height-m", "1.7", "--betas", "-1"]
     for words in (["suggest", *said], ["show", str(file), *said], ["check", str(file), *said]):
         assert cli.main(["scene", *words]) == 2

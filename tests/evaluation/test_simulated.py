@@ -48,5 +48,5 @@ def test_scores_of_the_primitives_are_those_of_the_report(written: Path) -> None
 def test_a_report_of_something_else_is_refused(written: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(written, tmp_path / "squat")
     (folder / "report.json").write_text(json.dumps({"metrics": {}}), encoding="utf-8")
-    with pytest.raises(InputError, match=r"report.json: .*; valid: the report of a result folder"):
+    with pytest.raises(InputError, match=r"report.json: "):
         simulated.read(folder)

@@ -162,7 +162,7 @@ def test_blazeposes_other_arrays_are_no_freemocap(tmp_path: Path) -> None:
     [
         (lambda p: p[..., [2, 0, 1]], "up axis: found a person who is upright along x"),
         (lambda p: p * 17.0, "unit: found a person about"),
-        (lambda p: p * np.nan, "people: found nobody"),
+        (lambda p: p * np.nan, "people: found no person"),
         (lambda p: np.random.default_rng(1).normal(size=p.shape), "no person in the order of"),
     ],
 )

@@ -304,7 +304,7 @@ def test_what_is_wrong_with_a_job_is_found_before_the_video_is_looked_at(
         ([*base, "--video", str(tmp_path / "none.mp4")], "none.mp4"),
         ([*base, "--betas=9,9"], "--betas"),
         ([*base, "--trust", "mocab"], "did you mean 'mocap'"),
-        ([*base[:3], str(clip / "out"), *base[4:]], "can't be written"),
+        ([*base[:3], str(clip / "out"), *base[4:]], "cannot be written"),
         (["run", "--job", str(other)], "'nine'"),
     ):
         if "--camera" in words:
