@@ -95,10 +95,10 @@ class _Sources:
 
 def _check_ahead(job: Job) -> None:
     """All that can be known to be wrong before a video is looked at, which may take hours."""
-    _check_files(job)
-    results.check_writable(job.output)
     planners.check(job.planner)
     engines.check(job.engine)
+    _check_files(job)
+    results.check_writable(job.output)
     if not job.retarget:
         ahead.check(job)
     if job.video is not None:
