@@ -35,8 +35,7 @@ def checked(job: Job) -> Job:
             raise InputError(f"Job: {name} must be a {kind.__name__}{more}, found {shown(value)}")
     same = tables.build(Job, _table(job), "Job")
     plan = plans.build(plans.to_dict(same.plan), "Job: plan")
-    scene = scene_files.scene(scene_files.tables(same.scene), Path(same.scene.folder) / "scene")
-    return replace(same, plan=replace(plan, name=str(job.plan.name)), scene=scene)
+    return replace(same, plan=replace(plan, name=str(job.plan.name)), scene=_scene(same.scene, job.scene))
 
 
 def checked_threads(threads: Any) -> Any:
@@ -48,6 +47,13 @@ def checked_threads(threads: Any) -> Any:
     if threads is None or callable(threads):
         return threads
     return tables.check(tables.keys(Job)["threads"], _plain(threads), "run:")
+
+
+def _scene(scene: Scene, given: Scene) -> Scene:
+    """The scene, of which only its kinds know the types of parameters: they are as they were given."""
+    pairs = zip(scene.items, given.items, strict=True)
+    items = tuple(replace(item, parameters=_plain(before.parameters)) for item, before in pairs)
+    return scene_files.scene(scene_files.tables(replace(scene, items=items)), Path(scene.folder) / "scene")
 
 
 def _table(value: Any) -> dict[str, Any]:

@@ -66,17 +66,21 @@ def test_threads_that_stand_in_for_the_jobs_are_checked() -> None:
 def test_values_of_paths_and_numpy_become_those_of_a_job_file(tmp_path: Path) -> None:
     size = np.array([0.4, 1.2, 0.45])
     item = SceneItem("bench", "box", (np.float64(0.2), 0.1, 0.0), {"size_m": size})  # type: ignore[dict-item]
+    numbers = {"steps": np.int64(3), "width_m": 0.9, "run_m": 0.28, "rise_m": 0.17}
+    stairs = SceneItem("stairs", "stairs", (2.0, 0.0, 0.0), numbers)  # type: ignore[arg-type]
     given = job(
         input=tmp_path / "clip.npz",
         seed=np.int64(3),
         person=Person(height_m=np.float32(1.75), betas=np.array([0.1, -0.2])),  # type: ignore[arg-type]
-        scene=Scene(items=(item,), folder=str(tmp_path)),
+        scene=Scene(items=(item, stairs), folder=str(tmp_path)),
         plan=QUICK,
     )
     same = jobs.checked(given)
     assert (same.input, same.seed, type(same.seed)) == (str(tmp_path / "clip.npz"), 3, int)
     assert same.person == Person(height_m=1.75, betas=(0.1, -0.2))
     assert same.scene.items[0].parameters == {"size_m": (0.4, 1.2, 0.45)}
+    assert same.scene.items[1].parameters == numbers
+    assert type(same.scene.items[1].parameters["steps"]) is int
     assert (same.plan, same.plan.name, same.scene.folder) == (QUICK, "quick", str(tmp_path))
     assert jobs.checked(same) == same
 
