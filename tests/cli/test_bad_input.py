@@ -152,7 +152,7 @@ def edited(folder: Path, name: str, source: Path, old: str, new: str) -> None:
         (["run", "clip.npz", "-o", "out", "--plan", "clip.npz"], ("clip.npz", "plan")),
         (["run", "clip.npz", "-o", "out", "--scene", "scene.toml"], ("scene.toml", "'bean'", "beam")),
         (["run", "clip.npz", "-o", "out", "--scene", "none.toml"], ("none.toml",)),
-        (["run", "clip.npz", "-o", "out", "--video", "none.mp4"], ("none.mp4", "no such file")),
+        (["run", "clip.npz", "-o", "out", "--video", "none.mp4"], ("none.mp4", "no such")),
         (["run", "clip.npz", "-o", "out", "--video", "clip.npz"], ("clip.npz", "video")),
         (["run", "clip.npz", "-o", "out", "--video", "wide.mp4"], ("64 x 36", "1080 x 1920", "aspect")),
         (["run", "clip.npz", "-o", "clip.npz/out"], ("clip.npz/out", "cannot be written")),
