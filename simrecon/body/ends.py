@@ -64,7 +64,5 @@ def foot_point(which: str, lengths_m: dict[str, float], scale: float, default: A
     if area_squared <= 0:
         return default
     drop = 2 * np.sqrt(area_squared) / c
-    if which == "mtp":
-        return default
     forward = -np.sqrt(a**2 - drop**2) if which == "heel" else np.sqrt(b**2 - drop**2)
     return np.array([forward, 0.0, -drop])

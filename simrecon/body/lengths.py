@@ -129,7 +129,9 @@ def scaled(
             points[row] = unit.point_offsets_m[row] * head
         elif name.endswith(("_heel", "_toe", "_mtp")):
             which = name.split("_")[1]
-            points[row] = ends.foot_point(which, lengths_m, overall, feet.get(which, points[row]))
+            usual = feet.get(which, points[row])
+            is_end = which != "mtp"
+            points[row] = ends.foot_point(which, lengths_m, overall, usual) if is_end else usual
     skeleton = replace(unit, offsets_m=offsets, point_offsets_m=points)
     return skeleton if height_m is None else rescaled(skeleton, height_m / stature_m(skeleton))
 

@@ -89,12 +89,12 @@ def source_of(job: Job) -> str:
 def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
     """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
     evidence = run.evidence
-    exchanged = sides.find(evidence).as_dict()
+    exchanged, worth = sides.find(evidence).as_dict(), trust.of(evidence)
     return {
         "name": source_of(job),
         "sha256": evidence.sha256,
         "reading": evidence.reading or None,
-        "trust": tables.to_table(trust.of(evidence)) | {"source": trust.of(evidence).source},
+        "trust": tables.to_table(worth) | {"source": worth.source},
         "exchanged": exchanged,
     }
 
