@@ -98,6 +98,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     marks, cpu_s = [time.perf_counter()], time.process_time()
     uniform, grid = resample(evidence)
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
+    warm_start.check_beginning(setup.start, clock.frame_s, uniform.times_s)
     setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
     fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape)
     reference = planners.plan(setup.planner, fit, uniform, plan)

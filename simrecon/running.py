@@ -135,7 +135,7 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
         landmarks = scratch / "evidence.npz"
         job, seen = _kept(job, seen, landmarks)
     if shown is not None:
-        overlay.check_video(shown, seen.times_s, seen.camera)
+        overlay.check_video(shown, seen)
     return _Sources(job, seen, shape, landmarks=landmarks)
 
 

@@ -17,6 +17,9 @@ from simrecon.job import Job
 from simrecon.job.text import with_options
 from simrecon.types import Scene
 
+OF_PART = ("from_s", "to_s", "every")
+"""Options that select a part of an input, of which a batch may have several."""
+
 
 @dataclass(frozen=True)
 class Clip:
@@ -128,9 +131,9 @@ def _named(entries: list[tuple[str | None, Clip]]) -> list[Clip]:
     named: dict[str, Clip] = {}
     for name, clip in entries:
         if name is None and count[clip.name.lower()] > 1:
-            mark = hashlib.sha256(
-                f"{clip.input} {clip.options.get('person')} {clip.plan}".encode()
-            ).hexdigest()[:6]
+            told = f"{clip.input} {clip.options.get('person')} {clip.plan}"
+            parts = [f" {key} {clip.options[key]}" for key in OF_PART if key in clip.options]
+            mark = hashlib.sha256((told + "".join(parts)).encode()).hexdigest()[:6]
             clip = replace(clip, name=f"{clip.name}_{mark}")
         if clip.name in named:
             raise InputError(

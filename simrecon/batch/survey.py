@@ -18,8 +18,8 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.failures import failure
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
+from simrecon.evidence import cut, cutting
 from simrecon.evidence.video import weights
-from simrecon.geometry import camera as cameras
 from simrecon.io.provenance import code_digest, digest_of, file_digest
 from simrecon.job import Job, Reading, inputs
 from simrecon.results.folder import MOTION
@@ -34,7 +34,7 @@ def _times_s(job: Job) -> Array:
     if not inputs.is_video(job):
         seen = inputs.observe(job)
         if video is not None:
-            overlay.check_video(video, seen.times_s, seen.camera)
+            overlay.check_video(video, seen)
         return evidence.resample(seen)[0].times_s
     capture = cv2.VideoCapture(job.input)
     try:
@@ -44,7 +44,8 @@ def _times_s(job: Job) -> Array:
     if count < 2 or rate <= 0:
         raise InputError(f"{job.input}: found {count:.0f} frames at {rate:g} Hz; valid: a whole video")
     times: Array = np.arange(int(count)) / (job.reading.fps or rate)
-    return times
+    span = inputs.span(job.reading)
+    return times if span.is_all else np.asarray(times[cutting.frames(times, span, job.input)])
 
 
 def survey(clip: Clip) -> dict[str, Any]:
@@ -130,12 +131,4 @@ def shortened(evidence: Evidence, length_s: float) -> Evidence:
     count = max(
         2, int(np.searchsorted(evidence.times_s, evidence.times_s[0] + length_s + 1e-9, side="right"))
     )
-    camera = None if evidence.camera is None else cameras.at(evidence.camera, slice(count))
-    return replace(
-        evidence,
-        times_s=evidence.times_s[:count],
-        keypoints_px=evidence.keypoints_px[:count],
-        scores=evidence.scores[:count],
-        joints_m=evidence.joints_m[:count],
-        camera=camera,
-    )
+    return cut(evidence, slice(count))

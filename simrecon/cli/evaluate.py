@@ -9,7 +9,9 @@ from typing import Any
 from simrecon.cli import arguments, observing
 from simrecon.errors import InputError
 from simrecon.evaluation import scores, table
+from simrecon.evidence import Span
 from simrecon.io import atomic
+from simrecon.job.options import TIME_RANGE_S
 
 
 def add(commands: Any) -> None:
@@ -30,7 +32,12 @@ def add(commands: Any) -> None:
         metavar="N",
         help="seed of the confidence intervals [%(default)s]",
     )
-    observing.add(score, observing.READING)
+    for flag, word in (("--from", "before"), ("--to", "after")):
+        read = arguments.number(TIME_RANGE_S)
+        score.add_argument(
+            flag, dest=f"{flag[2:]}_", type=read, metavar="S", help=f"score nothing {word} this time"
+        )
+    observing.add(score, observing.READING, without=("from_s", "to_s", "every"))
 
 
 def _eval(options: argparse.Namespace) -> int:
@@ -41,7 +48,8 @@ def _eval(options: argparse.Namespace) -> int:
     seen = options.input if options.evidence is None else options.evidence
     asked = observing.job(options, seen)
     estimate = observing.observe(asked) if asked.input else None
-    scored = scores.score(options.result, options.truth, estimate, seed=options.seed)
+    span = Span(options.from_, options.to_)
+    scored = scores.score(options.result, options.truth, estimate, seed=options.seed, span=span)
     content = json.dumps(scored.as_dict(), indent=1)
     if options.output is not None:
         with atomic.reported(options.output):

@@ -17,14 +17,19 @@ READING = ("reading",)
 READING_AND_PERSON = ("reading", "person")
 
 
-def add(parser: argparse.ArgumentParser, sections: tuple[str, ...] = READING_AND_PERSON) -> None:
+def add(
+    parser: argparse.ArgumentParser,
+    sections: tuple[str, ...] = READING_AND_PERSON,
+    without: tuple[str, ...] = (),
+) -> None:
     """Add the options by which evidence is read; what is not given is None.
 
     Args:
         parser: of a command.
         sections: of the options of a job that the command has.
+        without: names of options in them that it does not have.
     """
-    options.add(parser, sections=sections)
+    options.add(parser, sections=sections, without=without)
     parser.add_argument("--video", metavar="FILE", help="of the input: for its frame rate and image size")
 
 

@@ -29,6 +29,7 @@ def add(
     *,
     recalls: Callable[[str], bool] = lambda _: False,
     sections: tuple[str, ...] = tuple(TITLES),
+    without: tuple[str, ...] = (),
 ) -> None:
     """Add the options of a job; what is not given is None.
 
@@ -36,6 +37,7 @@ def add(
         parser: of a command.
         recalls: whether the command takes an option that is not given, by name, from an earlier job.
         sections: of the options that the command has.
+        without: names of options in them that it does not have.
     """
     groups = {section: parser.add_argument_group(TITLES[section]) for section in sections}
 
@@ -45,7 +47,7 @@ def add(
     if "" in groups:
         _add_own(groups[""], text)
     for option in options():
-        if option.section in groups:
+        if option.section in groups and option.name not in without:
             _add(groups[option.section], option, text(option.name, option.rules["help"]))
 
 

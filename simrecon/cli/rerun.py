@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,9 @@ def _rerun(parsed: argparse.Namespace) -> int:
         name = "input" if again.detected is None else "detected"
         again = replace(again, **{name: parsed.input})
     _check_there(again, parsed.result)
+    if again.reading.from_s != job.reading.from_s:
+        print("another --from than before: begins with the kinematic fit", file=sys.stderr)
+        again = replace(again, start=None)
     said = options.given(parsed)
     again = replace(again, estimated=tuple(name for name in again.estimated if name not in said))
     return execute(replace(again, sha256=_still_known(job, again)), parsed)

@@ -78,6 +78,8 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     if frames["interpolated"]:
         simulated += f"; {frames['interpolated']} interpolated, the person was out of view"
     yield "frames", simulated
+    if (part := report["input"].get("part")) is not None:
+        yield "part", _part(part, frames["count"])
     if ending is not None:
         yield "ended", f"at {ending['from_s']:.2f} s, up to {ending['to_s']:.2f} s: {ending['reason']}"
     if (off := agreement["image_px"]) is not None:
@@ -95,6 +97,14 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     if exchanged := report["input"]["exchanged"]:
         mixed = (f"{limbs} in {_spans(rows)}" for limbs, rows in exchanged.items())
         yield "sides", f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
+
+
+def _part(part: Report, count: int) -> str:
+    """Which part of its source the result shows."""
+    last = part["first_frame"] + part["every"] * (count - 1)
+    of = f" of {part['source_frames']}" if part["source_frames"] else ""
+    every = f", one of {part['every']}" if part["every"] > 1 else ""
+    return f"{part['from_s']:.2f} to {part['to_s']:.2f} s: frames {part['first_frame']} to {last}{of}{every}"
 
 
 def _verdict(report: Report) -> Iterator[tuple[str, str]]:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.types import Array, Camera, Motion
+from simrecon.types import Array, Camera, Motion, Part
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +26,7 @@ class Clip:
         contact_point_m: (T, C, 3), NaN without contact.
         contact_force_N: (T, C, 3) on the body.
         status: (T,) other than 0 where a frame is not simulated.
+        part: which frames of its source, and of a video of it, these are; None: all.
         ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
     """
 
@@ -38,6 +39,7 @@ class Clip:
     contact_point_m: Array | None = None
     contact_force_N: Array | None = None
     status: NDArray[np.uint8] | None = None
+    part: Part | None = None
     ground_m: Array | None = None
 
     @classmethod
@@ -49,6 +51,7 @@ class Clip:
         camera: Camera | None = None,
         keypoints_px: Array | None = None,
         scores: Array | None = None,
+        part: Part | None = None,
     ) -> Self:
         """What is drawn of a result's motion; see the attributes.
 
@@ -66,4 +69,5 @@ class Clip:
             contact_point_m=motion.contact_point_m,
             contact_force_N=np.where(began[:, None, None], 0.0, motion.contact_force_N),
             status=motion.status,
+            part=part,
         )

@@ -20,28 +20,28 @@ from simrecon.drawing.clip import Clip
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, has_view
 from simrecon.errors import InputError
-from simrecon.types import Array, Camera, IntArray
+from simrecon.types import Camera, Evidence, IntArray
 
 __all__ = ["Clip", "check_video", "contact_sheet", "render", "sheet", "write"]
 
 _SHEET_FRAMES, _SHEET_TILE_PX, _SHEET_ASPECT = 12, 300, 1.7
 
 
-def check_video(video_path: Path | str, times_s: Array, camera: Camera | None) -> None:
+def check_video(video_path: Path | str, evidence: Evidence) -> None:
     """Check, before any long work, that a video can be drawn on.
 
     Args:
         video_path: of the video.
-        times_s: (T,) at which its frames are taken.
-        camera: of the evidence.
+        evidence: at whose times its frames are taken.
 
     Raises:
         InputError: the video can't be read, ends too early or has another shape than the camera's image; or
             there is no camera.
     """
+    camera = evidence.camera
     if camera is None:
         raise InputError(f"{video_path}: cannot be drawn on, for the evidence has no camera (camera_K)")
-    with contextlib.closing(video.frames(video_path, times_s)) as frames:
+    with contextlib.closing(video.frames(video_path, evidence.times_s, evidence.part)) as frames:
         _check_shape(next(frames), camera)
 
 
@@ -62,7 +62,7 @@ def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None) 
     """
     if video_path is not None and has_view(clip.camera):
         path = Path(folder) / "overlay.mp4"
-        frames = render(clip, video.frames(video_path, clip.times_s))
+        frames = render(clip, video.frames(video_path, clip.times_s, clip.part))
         video.write_video(path, frames, video.rate_hz(clip.times_s))
         return path
     path = Path(folder) / "overlay.png"

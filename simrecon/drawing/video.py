@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simrecon.errors import InputError
 from simrecon.io import atomic
 from simrecon.io.messages import counted
-from simrecon.types import Array, IntArray
+from simrecon.types import Array, IntArray, Part
 
 Image = NDArray[np.uint8]
 
@@ -26,23 +26,25 @@ def rate_hz(times_s: Array) -> float:
     return float((len(times_s) - 1) / (times_s[-1] - times_s[0])) if len(times_s) > 1 else 30.0
 
 
-def check_video(path: Path | str, times_s: Array) -> None:
-    """Check that a video can be opened and reaches to the last of (T,) times.
+def check_video(path: Path | str, times_s: Array, part: Part | None = None) -> None:
+    """Check that a video can be opened and reaches to the last of (T,) times; see `frames`.
 
     Raises:
         InputError: it can't or doesn't.
     """
-    _open(path, times_s)[0].release()
+    _open(path, times_s, part)[0].release()
 
 
-def frames(path: Path | str, times_s: Array) -> Generator[Image, None, None]:
+def frames(path: Path | str, times_s: Array, part: Part | None = None) -> Generator[Image, None, None]:
     """Frames of a video at given times.
 
-    Where the video has as many frames as there are times, they are taken one to one; else by the frame rate.
+    Where the video has as many frames as there are times, or as the source that they are a part of, they are
+    taken one to one; else by the frame rate.
 
     Args:
         path: of the video.
         times_s: (T,) increasing, from the start of the video.
+        part: which frames of their source these times are of; None: all.
 
     Returns:
         T images (H, W, 3), blue green red, upright.
@@ -50,7 +52,7 @@ def frames(path: Path | str, times_s: Array) -> Generator[Image, None, None]:
     Raises:
         InputError: the video can't be opened, or ends too early; the first is found at once.
     """
-    capture, indices = _open(path, times_s)
+    capture, indices = _open(path, times_s, part)
     return _decode(path, capture, indices)
 
 
@@ -97,7 +99,7 @@ def write_image(path: Path | str, image: Image) -> None:
         atomic.write_bytes(path, cv2.imencode(Path(path).suffix, image)[1].tobytes())
 
 
-def _open(path: Path | str, times_s: Array) -> tuple[cv2.VideoCapture, IntArray]:
+def _open(path: Path | str, times_s: Array, part: Part | None) -> tuple[cv2.VideoCapture, IntArray]:
     """The open video and the indices (T,) of its frames at the times."""
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such video")
@@ -107,10 +109,10 @@ def _open(path: Path | str, times_s: Array) -> tuple[cv2.VideoCapture, IntArray]
             f"{path}: cannot be opened as a video; valid: a format that OpenCV reads, such as .mp4"
         )
     count, fps = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), capture.get(cv2.CAP_PROP_FPS)
-    if count == len(times_s) or fps <= 0:
-        indices = np.arange(len(times_s))
-    else:
-        indices = np.maximum(np.rint(times_s * fps).astype(np.int64), 0)
+    rows = np.arange(len(times_s)) if part is None else part.first + part.every * np.arange(len(times_s))
+    whole = len(times_s) if part is None else part.count
+    by_time = count != whole and fps > 0
+    indices = np.maximum(np.rint(times_s * fps).astype(np.int64), 0) if by_time else rows
     if 0 < count <= indices[-1]:
         capture.release()
         raise InputError(_too_short(path, count, int(indices[-1]) + 1))

@@ -18,6 +18,17 @@ def begin(problem: Problem, motion: Motion | None) -> tuple[Problem, Handover]:
     return (problem, from_fit(problem)) if motion is None else from_motion(problem, motion)
 
 
+def check_beginning(motion: Motion | None, frame_s: float, times_s: Array) -> None:
+    """Check that a motion to start from begins where the clip does; its frames are at times (T,).
+
+    Raises:
+        InputError: it does not.
+    """
+    if motion is not None and abs(motion.times_s[0] - times_s[0]) > 0.5 * frame_s:
+        found, valid = f"{motion.times_s[0]:.6g} s", f"one that begins with the clip, at {times_s[0]:.6g} s"
+        raise InputError(f"the motion to start from: found one that begins at {found}; valid: {valid}")
+
+
 def from_fit(problem: Problem) -> Handover:
     """Begin at the kinematic pose of the first frame and its velocity, with no knots yet."""
     return _without_knots(problem, problem.qpos[0], problem.qvel0)

@@ -15,6 +15,7 @@ from simrecon.evaluation.geometry import geometry
 from simrecon.evaluation.plates import against_plates
 from simrecon.evaluation.plausibility import plausibility
 from simrecon.evaluation.table import INPUT, KINEMATIC, REFERENCE, RESULT, Table
+from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.metrics.rates import covered_times
 from simrecon.metrics.statistics import Scores
 from simrecon.metrics.truth import BODY_JOINTS, Truth, canonical, read_truth
@@ -31,6 +32,7 @@ def score(
     seen: Evidence | Path | str | None = None,
     *,
     seed: int | None = 0,
+    span: Span = WHOLE,
 ) -> Table:
     """Scores of a result, of what it was made from and follows, of other methods, and of the reference.
 
@@ -40,6 +42,7 @@ def score(
         seen: the evidence, or its file; its 3D joints are scored as they are in the world, and as poses
             otherwise.
         seed: of the bootstrap; None leaves the intervals out.
+        span: times of the result that are scored.
 
     Returns:
         The table; a score that can't be computed is missing.
@@ -47,7 +50,7 @@ def score(
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
-    result, reference = simulated.read(folder), read_truth(truth)
+    result, reference = simulated.read(folder, span), read_truth(truth)
     motion = result.motion
     own = track(motion.times_s, motion.joint_names, motion.joints_m, "motion", result.rest_m)
     target, on = _compared(own, reference, result.scene, result.radii_m)

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 
 from simrecon.evaluation.configurations import Configurations, configurations, foot_rest
+from simrecon.evidence import cutting
+from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.metrics import bones
 from simrecon.metrics.statistics import Scores
 from simrecon.results import open_result
 from simrecon.sim.address import locate
 from simrecon.types import Motion, Report, Scene
+
+BY_FRAME = (
+    "times_s", "frame_step", "status", "qpos", "qvel", "joints_m", "com_m", "torque_Nm", "contact_force_N",
+    "contact_point_m", "contact_slip_mps", "grf_N", "kinematic_qpos",
+)  # fmt: skip
+"""Arrays of a motion with a row for each frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,20 +55,37 @@ class Simulated:
         return foot_rest(self.model)
 
 
-def read(folder: Path | str) -> Simulated:
+def read(folder: Path | str, span: Span = WHOLE) -> Simulated:
     """Read a result folder and work out its geometry.
+
+    Args:
+        folder: of the result.
+        span: what of it to keep; of a part, there is nothing that only the report says.
 
     Raises:
         InputError: one line with the file, what was found and what is valid.
     """
     result = open_result(folder)
-    motion, scene, model = result.motion, result.scene, result.model
+    motion, scene, model = within(result.motion, span, str(folder)), result.scene, result.model
     parts, points = motion.contact_body, motion.joint_names
     body = configurations(model, scene, motion.qpos, parts, points, motion.qvel)
     kinematic = None
     if motion.kinematic_qpos is not None:
         kinematic = configurations(model, scene, motion.kinematic_qpos, parts, points)
-    return Simulated(motion, scene, model, result.report, body, kinematic)
+    return Simulated(motion, scene, model, result.report if span.is_all else {}, body, kinematic)
+
+
+def within(motion: Motion, span: Span, source: str) -> Motion:
+    """The frames of a motion that lie in a span; state, control and model are those of the whole.
+
+    Raises:
+        InputError: fewer than two frames lie in it.
+    """
+    if span.is_all:
+        return motion
+    part = cutting.frames(motion.times_s, span, source)
+    frames = {name: getattr(motion, name)[part] for name in BY_FRAME if getattr(motion, name) is not None}
+    return replace(motion, **frames)
 
 
 def reported(result: Simulated) -> Scores:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simrecon.evidence.camera.hidden import unknown_camera
 from simrecon.evidence.content import is_video
+from simrecon.evidence.cutting import Span, cut, within
 from simrecon.evidence.formats import read
 from simrecon.evidence.memory import from_arrays
 from simrecon.evidence.npz import check_names, write
@@ -13,7 +14,9 @@ from simrecon.evidence.resample import resample, visibility
 
 __all__ = [
     "Options",
+    "Span",
     "check_names",
+    "cut",
     "from_arrays",
     "image_size_px",
     "is_video",
@@ -21,5 +24,6 @@ __all__ = [
     "resample",
     "unknown_camera",
     "visibility",
+    "within",
     "write",
 ]

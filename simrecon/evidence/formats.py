@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simrecon.errors import InputError
-from simrecon.evidence import applicable, joining, npz, own, plausible
+from simrecon.evidence import applicable, cutting, joining, npz, own, plausible
 from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import (
     array,
@@ -112,16 +112,17 @@ def read(
     reader = _reader(content, options.format)
     if keypoints is None:
         applicable.refuse(content, options, reader.name)
-        return _checked(_read(content, reader, options), path, options)
+        return _checked(_part(_read(content, reader, options), content, options), path, options)
     content2 = open_content(keypoints)
     reader2 = _reader(content2, None)
     applicable.refuse(content, options, reader.name, other=reader2.name)
     said = Options(person=keypoints_person)
     applicable.refuse(content2, said, reader2.name, person="--keypoints-person")
-    first = _read(content, reader, options)
+    first = _part(_read(content, reader, options), content, options)
     others = replace(
         options, format=None, person=keypoints_person, layout=None, up=None, unit=None, frame=None, joints=()
     )
+    others = replace(others, span=replace(options.span, every=1))  # its frames may be others
     if others.camera is None and first.camera is not None:
         others = replace(others, camera=Camera(first.camera.lens), lens=f"that of {os.path.basename(path)}")
     return _checked(joining.join(first, _read(content2, reader2, others), path, keypoints), path, options)
@@ -149,6 +150,16 @@ def _read(content: Content, reader: Reader, options: Options) -> Evidence:
     if camera is not None and camera.path is not None and len(camera.path) == 1:  # that of the options
         camera = cameras.lasting(camera, len(evidence.times_s))
     return replace(evidence, camera=camera, reading=f"{reader.title}: {evidence.reading}")
+
+
+def _part(evidence: Evidence, content: Content, options: Options) -> Evidence:
+    """The part that is asked for; a video is cut while it is looked at."""
+    if content.kind != "video":
+        evidence = cutting.within(evidence, options.span, content.source)
+    if not (told := cutting.told(evidence)):
+        return evidence
+    first, *others = (evidence.reading or joining.OWN).splitlines()
+    return replace(evidence, reading="\n".join((f"{first}; {told}", *others)))
 
 
 def _reader(content: Content, name: str | None) -> Reader:

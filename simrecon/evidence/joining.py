@@ -16,7 +16,7 @@ NO_LENS = (
     "or --keypoints of a file with one"
 )
 OVERLAP_MIN = 0.5
-_OWN = "simrecon evidence"
+OWN = "simrecon evidence"
 
 
 def join(
@@ -67,8 +67,8 @@ def join(
         camera=camera,
         reading="\n".join(
             (
-                first.reading or _OWN,
-                f"{second.reading or _OWN}, for {int(near.sum())} of {len(near)} frames",
+                first.reading or OWN,
+                f"{second.reading or OWN}, for {int(near.sum())} of {len(near)} frames",
             )
         ),
     )

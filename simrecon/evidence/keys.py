@@ -8,18 +8,19 @@ import numpy as np
 
 from simrecon import body as bodies
 from simrecon.io.arrays import Arrays, listed
-from simrecon.types import Array, Camera, Evidence, Lens
+from simrecon.types import Array, Camera, Evidence, Lens, Part
 
 FRAMES = ("world", "camera", "camera_root_relative")
 KEYPOINTS = ("keypoint_names", "keypoints_px", "keypoint_scores")
 JOINTS = ("joint_names", "joints_m", "joints_frame")
 ROTATIONS = ("rotation_names", "rotations")
+PART = "source_frames"
 GROUNDS = ("known", "unknown")
 CAMERA = ("camera_K", "camera_dist", "world_to_camera")
 LENGTHS = ("length_names", "lengths_m")
 PERSON = ("betas", "mass_kg", "height_m", *LENGTHS)
 ALL = (
-    "schema", "times_s", "image_size_px",
+    "schema", "times_s", PART, "image_size_px",
     *KEYPOINTS, *CAMERA, "ground", "trust", *JOINTS, *ROTATIONS, *PERSON,
 )  # fmt: skip
 
@@ -49,6 +50,19 @@ def times(arrays: Arrays) -> Array:
         valid = f"times in seconds, median interval {low:g} to {high:g}, no gap above {GAP_MAX_S:g}"
         arrays.fail("times_s", text, valid)
     return values
+
+
+def part(arrays: Arrays, frames: int) -> Part | None:
+    """Which frames of its source the file holds, of so many; None: all."""
+    if PART not in arrays:
+        return None
+    values = arrays.finite(PART, (3,))
+    first, every, count = (int(value) for value in values)
+    last = first + every * (frames - 1)
+    if (values != [first, every, count]).any() or first < 0 or every < 1 or count < 0 or 0 < count <= last:
+        valid = "the number of the first frame, the step to the next, and how many there are (0: not known)"
+        arrays.fail(PART, f"{values.tolist()} for {frames} frames", valid)
+    return Part(first, every, count)
 
 
 def camera(arrays: Arrays, frames: int) -> Camera | None:

@@ -96,6 +96,7 @@ def parse(arrays: Arrays) -> Evidence:
         height_m=arrays.scalar("height_m", keys.HEIGHT_RANGE_M, "m") if "height_m" in arrays else None,
         camera=keys.camera(arrays, len(times)),
         ground_known="ground" not in arrays or arrays.text("ground", keys.GROUNDS) == "known",
+        part=keys.part(arrays, len(times)),
         trust=_trust(arrays),
         sha256=arrays.sha256,
     )  # fmt: skip
@@ -145,6 +146,8 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
         content |= {"world_to_camera": _path(camera)}
     if not evidence.ground_known:
         content["ground"] = "unknown"
+    if (part := evidence.part) is not None:
+        content[keys.PART] = np.array([part.first, part.every, part.count])
     if evidence.trust:
         content["trust"] = evidence.trust
     if evidence.lengths_m:

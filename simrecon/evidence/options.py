@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.types import Array, Camera
 
 FRAMES = ("world", "camera")
@@ -37,6 +38,7 @@ class Options:
         lens: where that is from, for the reading.
         person_at: a place in the image, x and y in pixels, where the person is; for videos.
         model: of the pose network, for videos; the best one that is there if None.
+        span: which part of the file is asked for, in the times that its frames have under these options.
         progress: told how many frames of a video are done, and how many there are.
     """
 
@@ -55,6 +57,7 @@ class Options:
     lens: str = "as given"
     person_at: tuple[float, float] | None = None
     model: str | None = None
+    span: Span = WHOLE
     progress: Callable[[float, float], None] | None = None
 
     @property

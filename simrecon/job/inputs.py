@@ -131,12 +131,18 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         lens=source,
         person_at=reading.person_at_px,
         model=reading.model,
+        span=span(reading),
         progress=progress,
     )
     seen = readers.read(
         job.input, options, keypoints=reading.keypoints, keypoints_person=reading.keypoints_person
     )
     return _unknown(seen) if reading.unknown_camera else seen
+
+
+def span(reading: Reading) -> readers.Span:
+    """The part of the input that is asked for."""
+    return readers.Span(reading.from_s, reading.to_s, reading.every or 1)
 
 
 def _size_px(job: Job) -> tuple[int, int] | None:
@@ -159,6 +165,9 @@ def refuse_pairs(reading: Reading) -> None:
     """
     if reading.keypoints_person is not None and reading.keypoints is None:
         raise InputError("--keypoints-person: found no --keypoints; valid: --keypoints FILE beside it")
+    start, end = reading.from_s, reading.to_s
+    if start is not None and end is not None and start >= end:
+        raise InputError(f"--to: found {end:g} beside --from {start:g}; valid: a later time")
     lens = (reading.camera, reading.fov_deg)
     if reading.size_px is not None and lens == (None, None) and not reading.unknown_camera:
         raise InputError("--size: found no lens for it; valid: --fov, --camera or --unknown-camera beside it")

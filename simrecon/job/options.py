@@ -20,6 +20,9 @@ from simrecon.evidence.options import FRAMES, POINTS
 from simrecon.evidence.video.weights import MODELS
 from simrecon.io import tables
 
+TIME_RANGE_S = (-1e6, 1e6)
+EVERY_MAX = 10_000
+
 
 def option(
     default: Any,
@@ -94,6 +97,15 @@ class Reading:
         choices=layouts.all_names(),
         metavar="NAME",
         text="order of landmarks without names, such as coco_17 [by the person's proportions]",
+    )
+    from_s: float | None = option(
+        None, bounds=TIME_RANGE_S, flag="--from", metavar="S", text="leave out what is before this time"
+    )
+    to_s: float | None = option(
+        None, bounds=TIME_RANGE_S, flag="--to", metavar="S", text="leave out what is after this time"
+    )
+    every: int | None = option(
+        None, bounds=(1, EVERY_MAX), metavar="N", text="take each N-th frame only, as of a slower camera [1]"
     )
     fps: float | None = option(None, bounds=RATE_RANGE_HZ, metavar="HZ", text="frame rate [that of --video]")
     keypoints: str | None = option(

@@ -14,7 +14,7 @@ from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon import trust
 from simrecon.body import names
-from simrecon.evidence import sides
+from simrecon.evidence import cutting, sides
 from simrecon.geometry import camera as cameras
 from simrecon.io import provenance, tables
 from simrecon.job import Job
@@ -94,6 +94,7 @@ def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
         "name": source_of(job),
         "sha256": evidence.sha256,
         "reading": evidence.reading or None,
+        "part": cutting.as_dict(evidence),
         "trust": tables.to_table(worth) | {"source": worth.source},
         "exchanged": exchanged,
     }

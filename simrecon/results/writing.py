@@ -112,4 +112,5 @@ def clip(run: Reconstruction) -> overlay.Clip:
         camera=None if camera is None else cameras.resampled(camera, run.fit.times_s, motion.times_s),
         keypoints_px=evidence.keypoints_px if seen else None,
         scores=evidence.scores if seen else None,
+        part=evidence.part,
     )

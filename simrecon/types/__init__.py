@@ -10,7 +10,7 @@ from __future__ import annotations
 from simrecon.types.arrays import Array, IntArray
 from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
-from simrecon.types.evidence import Evidence
+from simrecon.types.evidence import Evidence, Part
 from simrecon.types.motion import Motion, Report
 from simrecon.types.reference import KinematicFit, Reference
 from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
@@ -29,6 +29,7 @@ __all__ = [
     "KinematicFit",
     "Lens",
     "Motion",
+    "Part",
     "Primitive",
     "Reference",
     "Report",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,14 +23,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     given = evidence.read(resources.folder("example") / "beam.npz")
     for name, first in (("one", 0), ("two", 40)):
         part = slice(first, first + FRAMES)
-        piece = replace(
-            given,
-            times_s=given.times_s[part],
-            keypoints_px=given.keypoints_px[part],
-            scores=given.scores[part],
-            joints_m=given.joints_m[part],
-        )
-        evidence.write(folder / f"{name}.npz", piece)
+        evidence.write(folder / f"{name}.npz", evidence.cut(given, part))
     (folder / "broken.npz").write_bytes(b"PK\x03\x04 and then nothing")
     plan = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
     for key, value in FAST.items():

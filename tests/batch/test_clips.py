@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from simrecon import resources
-from simrecon.batch import clips
+from simrecon.batch import clips, survey
 from simrecon.errors import InputError
 from simrecon.job import inputs
 from tools import CHECKOUT
@@ -44,6 +44,19 @@ def test_clips_of_the_same_name_get_names_of_their_own_that_last(tmp_path: Path)
     assert "other" in names
     assert [clip.name for clip in clips.collect(given[::-1])] != names
     assert {clip.name for clip in clips.collect(given[::-1])} == set(names)
+
+
+def test_parts_of_one_clip_have_names_of_their_own_and_are_read_as_such(tmp_path: Path) -> None:
+    rows = "input,from_s,to_s,every\nbeam.npz,0.2,0.8,\nbeam.npz,0.8,1.2,2\n"
+    (tmp_path / "parts.csv").write_text(rows)
+    (tmp_path / "beam.npz").write_bytes((resources.folder("example") / "beam.npz").read_bytes())
+    first, second = clips.collect([str(tmp_path / "parts.csv")])
+    assert first.name != second.name
+    assert second.options == {"from_s": 0.8, "to_s": 1.2, "every": 2}
+    facts = survey.survey(second)
+    assert facts["video_s"] == pytest.approx(0.4)
+    assert facts["frames"] == 13
+    assert facts["key"] != survey.survey(first)["key"]
 
 
 def test_scenes_and_videos_are_found_by_name(tmp_path: Path) -> None:

@@ -35,13 +35,7 @@ FAST = {
 
 
 def first_frames(given: Evidence, count: int) -> Evidence:
-    return replace(
-        given,
-        times_s=given.times_s[:count],
-        keypoints_px=given.keypoints_px[:count],
-        scores=given.scores[:count],
-        joints_m=given.joints_m[:count],
-    )
+    return replace(evidence.cut(given, slice(count)), part=None)
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +111,34 @@ def test_sides_that_were_mixed_up_are_said(
     lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert lines["sides"] == "left and right were mixed up, and exchanged: legs 3D in frames 8-10"
     assert said(tmp_path / "out")["input"]["exchanged"] == {"legs 3D": [8, 9, 10]}
+
+
+def test_a_part_of_a_clip_is_drawn_and_scored_where_it_is(
+    inputs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, video = tmp_path / "part", str(EXAMPLE / "beam.mp4")
+    words = arguments(inputs, out, "--video", video, "--from", "0.5", "--to", "0.9", "--every", "2")
+    words[1] = str(EXAMPLE / "beam.npz")
+    assert cli.main(words) == 0
+    lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert lines["part"] == "0.50 to 0.90 s: frames 30 to 54 of 100, one of 2"
+    part = {"from_s": 0.5, "to_s": 0.9, "first_frame": 30, "every": 2, "source_frames": 100}
+    assert said(out)["input"]["part"] == pytest.approx(part)
+    motion = results.read_motion(out)
+    np.testing.assert_allclose(motion.times_s, np.arange(30, 55, 2) / 60)
+    assert "from_s = 0.5" in (out / "job.toml").read_text()
+    joints = motion.joints_m.copy()
+    np.savez(
+        tmp_path / "truth.npz",
+        schema="simrecon.truth/1",
+        times_s=motion.times_s,
+        joint_names=np.array(motion.joint_names),
+        joints_m=joints,
+    )
+    for more in ([], ["--from", "0.6", "--to", "0.8"]):
+        assert cli.main(["eval", str(out), str(tmp_path / "truth.npz"), "--json", *more]) == 0
+        scored = json.loads(capsys.readouterr().out)
+        assert "mpjpe_g_mm" in json.dumps(scored)
 
 
 def test_the_result_replays_in_plain_mujoco(result: Path) -> None:

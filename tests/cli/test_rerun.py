@@ -10,6 +10,8 @@ import pytest
 
 from simrecon import cli, results
 from simrecon.cli import rerun
+from simrecon.engines import warm_start
+from simrecon.errors import InputError
 from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from tests.support.runs import job_of
@@ -53,3 +55,17 @@ def test_a_stature_that_was_estimated_is_not_taken_for_given(
         cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
     assert [job.estimated for job in asked] == [("height_m", "mass_kg"), ("mass_kg",)]
     assert asked[1].person.height_m == 1.8
+
+
+def test_a_motion_does_not_start_another_part_of_the_clip(
+    run: Reconstruction, tmp_path: Path, asked: list[Job], capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    results.write(job_of(out, input=str(out / "motion.npz")), run)
+    for words in (["--to", "0.2"], ["--from", "0.1"]):
+        cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
+    assert [job.start for job in asked] == [str(out / "motion.npz"), None]
+    assert "another --from than before: begins with the kinematic fit" in capsys.readouterr().err
+    later = replace(run.motion, times_s=run.motion.times_s + 0.1)
+    with pytest.raises(InputError, match=r"begins at 0.1 s; valid: one that begins with the clip, at 0 s"):
+        warm_start.check_beginning(later, 1 / 30, run.motion.times_s)

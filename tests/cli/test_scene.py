@@ -113,16 +113,8 @@ def test_mistakes_are_one_line_and_change_nothing(
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Half a second of the demo."""
     given = evidence.read(Path(cli.__file__).parents[1] / "example" / "beam.npz")
-    kept = slice(0, 16)
-    cut = replace(
-        given,
-        times_s=given.times_s[kept],
-        keypoints_px=given.keypoints_px[kept],
-        scores=given.scores[kept],
-        joints_m=given.joints_m[kept],
-    )
     path = tmp_path_factory.mktemp("clip") / "clip.npz"
-    evidence.write(path, cut)
+    evidence.write(path, evidence.cut(given, slice(0, 16)))
     return path
 
 

@@ -20,7 +20,7 @@ from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
-from simrecon.types import Array, Camera, Lens
+from simrecon.types import Array, Camera, Lens, Part
 
 SIZE = (400, 300)
 LEVEL = [[1, 0, 0, 0], [0, 0, -1, 1], [0, 1, 0, 4], [0, 0, 0, 1]]  # looks along +y from (0, -4, 1)
@@ -330,6 +330,17 @@ def test_video_round_trip(tmp_path: Path) -> None:
 def test_frames_are_taken_by_time(tmp_path: Path) -> None:
     path = make_video(tmp_path / "a.mp4", 10)
     assert brightness(list(video.frames(path, np.array([0.1, 0.2, 0.3 - 1e-9])))) == [3, 6, 9]
+
+
+def test_frames_of_a_part_are_those_of_its_source(tmp_path: Path) -> None:
+    path = make_video(tmp_path / "a.mp4", 10)
+    uneven = np.array([0.11, 0.21, 0.28])  # times of frames 2, 4 and 6 of a variable rate
+    assert brightness(list(video.frames(path, uneven, Part(2, 2, 10)))) == [2, 4, 6]
+    assert brightness(list(video.frames(path, np.arange(10) / 30, Part(4, 1, 400))))[:3] == [
+        0,
+        1,
+        2,
+    ]  # by time
 
 
 def test_write_on_video(tmp_path: Path) -> None:

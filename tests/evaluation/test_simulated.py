@@ -12,6 +12,7 @@ from simrecon import results
 from simrecon.errors import InputError
 from simrecon.evaluation import simulated
 from simrecon.evaluation.geometry import geometry
+from simrecon.evidence import Span
 from simrecon.metrics.bones import capsule_primitives
 from simrecon.replay import SIMULATED
 from tests.support.runs import job_of
@@ -43,6 +44,18 @@ def test_scores_of_the_primitives_are_those_of_the_report(written: Path) -> None
         assert values[name] == pytest.approx(report[key], rel=1e-12)
     assert values["penetration_max_mm"] == pytest.approx(report["penetration_max_mm"], abs=1e-3)
     assert simulated.reported(result).values["mpjpe_2d_px"] == report["mpjpe_2d_px"]
+
+
+def test_a_part_of_a_result_is_scored_by_itself(written: Path, run: Any) -> None:
+    whole, part = simulated.read(written), simulated.read(written, Span(0.1, 0.25))
+    rows = (run.motion.times_s >= 0.1 - 1e-6) & (run.motion.times_s <= 0.25)
+    np.testing.assert_array_equal(part.motion.times_s, run.motion.times_s[rows])
+    np.testing.assert_allclose(part.body.points_m, whole.body.points_m[rows])
+    assert part.kinematic is not None
+    np.testing.assert_array_equal(part.motion.frame_step, run.motion.frame_step[rows])
+    assert simulated.reported(part).values == {}
+    arrays = {name for name, value in vars(run.motion).items() if np.shape(value)[:1] == rows.shape}
+    assert arrays == set(simulated.BY_FRAME)
 
 
 def test_a_report_of_something_else_is_refused(written: Path, tmp_path: Path) -> None:

@@ -14,13 +14,14 @@ import pytest
 
 from simrecon import cli, evidence, job, running
 from simrecon.errors import InputError, SimreconError
-from simrecon.evidence import Options
+from simrecon.evidence import Options, Span
 from simrecon.evidence.content import open_content
 from simrecon.evidence.video import detection, frames, metadata, networks, weights
 from simrecon.evidence.video.blazepose import NAMES
+from simrecon.evidence.video.detection import Look
 from simrecon.evidence.video.tracker import Choice
 from simrecon.job import Job, inputs
-from simrecon.types import Camera, Evidence, Lens
+from simrecon.types import Camera, Evidence, Lens, Part
 from tests.support import video_files as files
 from tests.support.video_files import GREEN, RED
 
@@ -99,17 +100,19 @@ def test_a_second_run_skips_detection(clip: Path, network: Loaded, tmp_path: Pat
 
 def test_cache_key_knows_content_networks_and_options() -> None:
     content, model, hashes = "a" * 64, "heavy", ("d", "h")
-    given = detection.key(content, model, hashes, Choice())
+    given = detection.key(content, model, hashes, Look())
     keys = {
         given,
-        detection.key("b" * 64, model, hashes, Choice()),
-        detection.key(content, "full", hashes, Choice()),
-        detection.key(content, model, ("d", "other"), Choice()),
-        detection.key(content, model, hashes, Choice(number=1)),
-        detection.key(content, model, hashes, Choice(at_px=(1.0, 2.0))),
+        detection.key("b" * 64, model, hashes, Look()),
+        detection.key(content, "full", hashes, Look()),
+        detection.key(content, model, ("d", "other"), Look()),
+        detection.key(content, model, hashes, Look(Choice(number=1))),
+        detection.key(content, model, hashes, Look(Choice(at_px=(1.0, 2.0)))),
+        detection.key(content, model, hashes, Look(span=Span(from_s=1.0))),
+        detection.key(content, model, hashes, Look(span=Span(from_s=1.0), fps=50.0)),
     }
-    assert len(keys) == 6
-    assert detection.key(content, model, hashes, Choice()) == given
+    assert len(keys) == 8
+    assert detection.key(content, model, hashes, Look(fps=50.0)) == given  # all frames, whatever their times
 
 
 @fake
@@ -180,7 +183,7 @@ def test_rotation_flag(tmp_path: Path) -> None:
     info = frames.probe(path)
     assert info.size_px == (120, 160)
     assert info.rotation_deg in (90, 270)
-    _, image = next(frames.frames(path))
+    image = next(frames.frames(path)).image
     assert np.abs(image.astype(int) - upright).mean() < 6
     found = evidence.read(path, Options(camera=lens((120, 160))))
     assert "120 x 160 px (turned by" in found.reading
@@ -197,6 +200,24 @@ def test_variable_rate_keeps_the_time_stamps(tmp_path: Path) -> None:
     wanted = np.cumsum([0, *deltas[:-1]]) / tick
     np.testing.assert_allclose(found.times_s, wanted, atol=1e-4)
     assert "variable rate, " in found.reading
+
+
+def test_networks_look_at_the_part_of_a_video_alone(clip: Path, network: Loaded) -> None:
+    whole, calls = evidence.read(clip, Options(camera=lens())), dict(network.calls)
+    found = evidence.read(clip, Options(camera=lens(), span=Span(0.2, 0.5, 2)))
+    assert network.calls["pose"] - calls["pose"] <= 6
+    np.testing.assert_allclose(found.times_s, [0.2, 0.28, 0.36, 0.44])
+    np.testing.assert_allclose(found.keypoints_px, whole.keypoints_px[5:12:2], atol=0.5)
+    assert found.part == Part(5, 2, 20)
+    assert "4 frames, 12.5 Hz; " in found.reading
+    assert "in frame 5: " in found.reading
+    assert found.reading.endswith("; 0.2 to 0.44 s, frames 5 to 11 of 20, one of 2")
+    again = evidence.read(clip, Options(camera=lens(), span=Span(0.2, 0.5, 2)))
+    assert "from the cache" in again.reading
+    slow = evidence.read(clip, Options(camera=lens(), span=Span(0.2, 0.5), fps=50.0))  # by the times given
+    np.testing.assert_allclose(slow.times_s, np.arange(10, 20) / 50)
+    with pytest.raises(InputError, match=r"--from 3: found no frame there; valid: .* between 0 and 0.76 s"):
+        evidence.read(clip, Options(camera=lens(), span=Span(from_s=3.0)))
 
 
 @fake
@@ -388,7 +409,7 @@ def test_real_weights_on_a_real_video(camera: str, shared_data: Path) -> None:
     paths = weights.find("detector")[0], weights.find("heavy")[0]
     video = shared_data / "video" / f"pose2sim_beam_cam{camera}.mp4"
     reference = evidence.read(shared_data / "evidence" / f"pose2sim_beam_cam{camera}.npz")
-    found = detection.follow(video, networks.Networks(*paths), Choice())
+    found = detection.follow(video, networks.Networks(*paths), Look())
     distance = np.linalg.norm(found.points_px - reference.keypoints_px, axis=-1)  # (T, 33)
     sure = reference.scores >= 0.5
     assert np.median(distance[sure]) <= 6

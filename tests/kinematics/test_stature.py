@@ -19,16 +19,7 @@ WEIGHTS = kinematics.floating(plan.read("quick").kinematics)
 def clip() -> Evidence:
     """The first third of a second of the example."""
     seen = evidence.read(resources.folder("example") / "beam.npz")
-    frames = slice(0, 20)
-    part = replace(
-        seen,
-        times_s=seen.times_s[frames],
-        keypoints_px=seen.keypoints_px[frames],
-        scores=seen.scores[frames],
-        joints_m=seen.joints_m[frames],
-        height_m=HEIGHT_M,
-    )
-    return resample(part)[0]
+    return resample(replace(evidence.cut(seen, slice(0, 20)), height_m=HEIGHT_M))[0]
 
 
 def test_a_known_stature_is_that_of_the_body(clip: Evidence) -> None:

@@ -114,7 +114,8 @@ def test_report_says_where_it_came_from(written: Path, run: Any) -> None:
     said = report(written)
     assert said["schema"] == "simrecon.result/1"
     trusted = said["input"].pop("trust")
-    assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, "reading": None, "exchanged": {}}
+    nothing: dict[str, Any] = {"reading": None, "part": None, "exchanged": {}}
+    assert said["input"] == {"name": "squat.npz", "sha256": "0" * 64, **nothing}
     assert (trusted["source"], trusted["metric"]) == ("world", False)
     assert (said["plan_name"], said["seed"], said["threads"]) == ("quick", 3, 1)
     assert said["plan"] == plans.to_dict(run.problem.plan)

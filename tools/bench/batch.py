@@ -21,7 +21,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,15 +45,8 @@ def cut(folder: Path, count: int, seconds: float) -> list[Path]:
     paths = []
     for i in range(count):
         part = slice(i * last // max(count - 1, 1), i * last // max(count - 1, 1) + frames)
-        piece = replace(
-            whole,
-            times_s=whole.times_s[part],
-            keypoints_px=whole.keypoints_px[part],
-            scores=whole.scores[part],
-            joints_m=whole.joints_m[part],
-        )
         paths.append(folder / f"clip{i:02d}.npz")
-        evidence.write(paths[-1], piece)
+        evidence.write(paths[-1], evidence.cut(whole, part))
     return paths
 
 

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.evidence import cutting
+from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.evidence.video import frames, swaps, tracker, weights
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
+from simrecon.evidence.video.kept import Detection, load, save
 from simrecon.evidence.video.networks import Networks
-from simrecon.evidence.video.tracker import Choice, Tracker
-from simrecon.io import atomic
-from simrecon.io.arrays import Arrays
+from simrecon.evidence.video.tracker import ANYBODY, Choice, Tracker
 from simrecon.io.messages import counted
-from simrecon.io.npz import parse_npz
 from simrecon.types import Array
 
-SCHEMA = "simrecon.detection/1"
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 1
+VERSION = 2
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048
@@ -36,50 +33,31 @@ Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
-class Detection:
-    """Landmarks of a video; (0, 0) is the centre of the first pixel.
+class Look:
+    """Whom to look for, and in which frames.
 
     Attributes:
-        stamps_s: (T,) time stamps of the frames, NaN where the file has none.
-        points_px: (T, 33, 2), NaN where the person is unseen.
-        scores: (T, 33), visibility × presence.
-        world_m: (T, 33, 3) around the middle of the hips, axes of the camera.
-        swapped: (T, 2) left and right were exchanged by us, arms and legs.
-        frame_ms: (T,) time spent on each frame, decoding included.
-        people_px: (N, 4) x0 y0 x1 y1 of the people in the frame of the choice, the largest first.
-        chosen: index of the person in it.
-        losses: how often the person was lost.
-        size_px: (2,) width and height of the upright image.
+        choice: whom to follow.
+        span: frames to look at.
+        fps: frame rate that counts instead of the time stamps.
     """
 
-    stamps_s: Array
-    points_px: Array
-    scores: Array
-    world_m: Array
-    swapped: NDArray[np.bool_]
-    frame_ms: Array
-    people_px: Array
-    chosen: int
-    losses: int
-    size_px: tuple[int, int]
-
-    @property
-    def seen(self) -> NDArray[np.bool_]:
-        """(T,) whether the person was seen."""
-        return np.asarray(np.isfinite(self.points_px).all(axis=(1, 2)))
+    choice: Choice = ANYBODY
+    span: Span = WHOLE
+    fps: float | None = None
 
 
-def key(content_sha256: str, model: str, hashes: tuple[str, ...], choice: Choice) -> str:
+def key(content_sha256: str, model: str, hashes: tuple[str, ...], look: Look) -> str:
     """Name of a detection in the cache: hash of the video's content, the networks and the options."""
     told = {
         "version": VERSION, "content": content_sha256, "model": model, "weights": list(hashes),
-        "choice": asdict(choice),
+        "look": asdict(look if not look.span.is_all else replace(look, fps=None)),
     }  # fmt: skip
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 def detect(
-    path: Path, content_sha256: str, model: str, choice: Choice, progress: Progress | None = None
+    path: Path, content_sha256: str, model: str, look: Look, progress: Progress | None = None
 ) -> tuple[Detection, bool]:
     """The landmarks of one person.
 
@@ -87,7 +65,7 @@ def detect(
         path: of the video.
         content_sha256: of its bytes.
         model: one of `weights.MODELS`.
-        choice: whom to follow.
+        look: whom to follow, and in which frames.
         progress: told the number of frames done and of all.
 
     Returns:
@@ -99,11 +77,11 @@ def detect(
     """
     detector, detector_hash = weights.find("detector")
     landmarks, landmarks_hash = weights.find(model)
-    name = key(content_sha256, model, (detector_hash, landmarks_hash), choice)
+    name = key(content_sha256, model, (detector_hash, landmarks_hash), look)
     kept = weights.cache_folder() / "detections" / f"{name}.npz"
     if (known := load(kept)) is not None:
         return known, True
-    detection = follow(path, Networks(detector, landmarks), choice, progress)
+    detection = follow(path, Networks(detector, landmarks), look, progress)
     save(kept, detection)
     return detection, False
 
@@ -129,40 +107,43 @@ class _Rows:
         return whole[: self._count]
 
 
-def follow(
-    path: Path, network: tracker.Network, choice: Choice, progress: Progress | None = None
-) -> Detection:
-    """Follow one person through all frames, and put left and right in order.
+def follow(path: Path, network: tracker.Network, look: Look, progress: Progress | None = None) -> Detection:
+    """Follow one person through the frames, and put left and right in order.
 
     Raises:
         InputError: as `detect`.
     """
     info = frames.probe(path)
-    follower = Tracker(network, choice)
-    rows, stamps, spent, regions = _Rows(), [], [], []
+    follower = Tracker(network, look.choice)
+    rows, numbers, stamps, spent, regions = _Rows(), [], [], [], []
     interval = 1.0 / (info.rate_hz or 30.0)
     clock = -interval
     began = time.perf_counter()
-    for stamp, image in frames.frames(path):
-        _check_size(path, image, info.size_px)
-        clock = stamp if stamp > clock else clock + interval
-        pose = follower.step(image, clock)
+    for frame in frames.frames(path, look.span, fps=look.fps, interval_s=interval):
+        _check_size(path, frame.image, info.size_px)
+        clock = frame.stamp_s if frame.stamp_s > clock else clock + interval * look.span.every
+        pose = follower.step(frame.image, clock)
         rows.add(pose)
-        stamps.append(stamp)
+        numbers.append(frame.row)
+        stamps.append(frame.stamp_s)
         regions.append(np.nan if pose is None else pose.region.side_px)
         now = time.perf_counter()
         spent.append(1000 * (now - began))
         began = now
         if progress is not None:
-            progress(len(stamps), max(info.count, len(stamps)))
+            progress(len(stamps), max(_expected(info, look), len(stamps)))
+    if len(stamps) < cutting.LEAST_FRAMES and not look.span.is_all:
+        raise cutting.too_few(str(path), look.span, len(stamps), (0.0, (info.count - 1) * interval))
     if follower.chosen < 0:
-        raise _nobody(path, follower, choice, len(stamps), info.count)
+        raise _nobody(path, follower, look.choice, len(stamps), _expected(info, look))
     values = rows.array().astype(float)
     points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:]
     scale = np.asarray(regions) / BODY_M
-    swapped = swaps.find(_increasing(np.asarray(stamps), interval), points, scores, world, scale)
+    times = _increasing(np.asarray(stamps), interval * look.span.every)
+    swapped = swaps.find(times, points, scores, world, scale)
     return Detection(
         np.asarray(stamps),
+        np.asarray(numbers, np.int64),
         swaps.exchange(points, swapped),
         swaps.exchange(scores, swapped),
         swaps.exchange(world, swapped),
@@ -173,6 +154,14 @@ def follow(
         follower.losses,
         info.size_px,
     )
+
+
+def _expected(info: frames.Info, look: Look) -> int:
+    """About how many frames there are to be looked at."""
+    rate = look.fps or info.rate_hz or 30.0
+    start_s = max(look.span.from_s or 0.0, 0.0)
+    end_s = info.count / rate if look.span.to_s is None else min(look.span.to_s, info.count / rate)
+    return max(round((end_s - start_s) * rate / look.span.every), 0)
 
 
 def _increasing(stamps: Array, interval: float) -> Array:
@@ -211,40 +200,4 @@ def described(people_px: Array) -> str:
     return ", ".join(
         f"{i + 1} (at {(b[0] + b[2]) / 2:.0f},{(b[1] + b[3]) / 2:.0f}, {b[3] - b[1]:.0f} px high)"
         for i, b in enumerate(boxes)
-    )
-
-
-def save(path: Path, detection: Detection) -> None:
-    """Write a detection; a cache that can't be written is no error, for the result does not need it."""
-    content: dict[str, Any] = {"schema": SCHEMA, **asdict(detection)}
-    for large in ("points_px", "scores", "world_m", "frame_ms"):
-        content[large] = content[large].astype(np.float32)
-    with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        atomic.write_npz(path, content)
-
-
-def load(path: Path) -> Detection | None:
-    """A detection out of the cache; None where there is none, or a damaged one."""
-    try:
-        arrays = parse_npz(str(path), path.read_bytes())
-        return _parse(arrays)
-    except (OSError, InputError):
-        return None
-
-
-def _parse(arrays: Arrays) -> Detection:
-    arrays.text("schema", (SCHEMA,))
-    size = arrays.finite("size_px", (2,))
-    return Detection(
-        stamps_s=arrays.floats("stamps_s", ("T",)),
-        points_px=arrays.floats("points_px", ("T", COUNT, 2)),
-        scores=arrays.finite("scores", ("T", COUNT)),
-        world_m=arrays.floats("world_m", ("T", COUNT, 3)),
-        swapped=arrays.array("swapped").astype(bool),
-        frame_ms=arrays.finite("frame_ms", ("T",)),
-        people_px=arrays.finite("people_px", ("N", 4)),
-        chosen=int(arrays.finite("chosen", ())),
-        losses=int(arrays.finite("losses", ())),
-        size_px=(int(size[0]), int(size[1])),
     )

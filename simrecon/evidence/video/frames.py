@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.evidence.video.blazepose import Image
 
 # FFmpeg, within OpenCV, would write lines of its own beside our errors; it looks at this when first used.
@@ -67,21 +69,55 @@ def probe(path: Path) -> Info:
     return Info((image.shape[1], image.shape[0]), rotation, known, count)
 
 
-def frames(path: Path) -> Iterator[tuple[float, Image]]:
-    """Every frame of a video: its time stamp in seconds, NaN where it has none, and its image.
+@dataclass(frozen=True)
+class Frame:
+    """One frame.
 
-    Images are (H, W, 3), blue green red, upright, and valid until the next one is asked for.
+    Attributes:
+        row: its number in the video, from 0 on.
+        stamp_s: its time stamp since that of the first frame, NaN where it has none.
+        image: (H, W, 3), blue green red, upright, and valid until the next frame is asked for.
+    """
+
+    row: int
+    stamp_s: float
+    image: Image
+
+
+def frames(
+    path: Path, span: Span = WHOLE, *, fps: float | None = None, interval_s: float = 1 / 30
+) -> Iterator[Frame]:
+    """The frames of a video, those outside of the span left out.
+
+    Args:
+        path: of the video.
+        span: by the frames' time stamps.
+        fps: frame rate that takes precedence over the time stamps.
+        interval_s: between frames without time stamps.
 
     Raises:
         InputError: it can't be opened.
     """
     capture = _open(path)
+    first, begun = float("nan"), -1
     try:
-        while True:
-            read, image = capture.read()
+        for row in itertools.count():
+            if not capture.grab():
+                return
+            stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            first = stamp if row == 0 else first
+            since = stamp - first if np.isfinite(stamp) else float("nan")
+            time = row / fps if fps is not None else since if np.isfinite(since) else row * interval_s
+            if span.ended(time):
+                return
+            if not span.begun(time):
+                continue
+            begun = row if begun < 0 else begun
+            if (row - begun) % span.every:
+                continue
+            read, image = capture.retrieve()
             if not read or image is None:
                 return
-            stamp = capture.get(cv2.CAP_PROP_POS_MSEC)
-            yield stamp / 1000 if np.isfinite(stamp) else float("nan"), image.astype(np.uint8, copy=False)
+            yield Frame(row, since, image.astype(np.uint8, copy=False))
     finally:
         capture.release()

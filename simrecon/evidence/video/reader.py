@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from simrecon.evidence.camera import fov
 from simrecon.evidence.content import Content
+from simrecon.evidence.cutting import Span
 from simrecon.evidence.options import Options
 from simrecon.evidence.video import detection, frames, metadata, weights
 from simrecon.evidence.video.blazepose import NAMES
-from simrecon.evidence.video.detection import Detection
+from simrecon.evidence.video.detection import Look
+from simrecon.evidence.video.kept import Detection
 from simrecon.evidence.video.tracker import Choice
 from simrecon.io.messages import counted
-from simrecon.types import Array, Camera, Evidence
+from simrecon.types import Array, Camera, Evidence, Part
 
 LENSES = "--camera FILE, or --fov DEGREES across the image (many phones: 60 to 70, upright 37 to 43)"
 RATE_ERROR_MAX = 0.02
@@ -34,7 +36,8 @@ def read(content: Content, options: Options) -> Evidence:
     camera, lens = _lens(content, options, info)
     choice = _choice(content, options)
     model = options.model or weights.best()
-    detected, cached = detection.detect(content.path, content.sha256, model, choice, options.progress)
+    look = Look(choice, options.span, options.fps)
+    detected, cached = detection.detect(content.path, content.sha256, model, look, options.progress)
     times, clock = _times(content, detected, info, options.fps)
     if len(times) < 2:
         raise content.fail("frames", "a single frame", "a video of two frames or more")
@@ -44,7 +47,7 @@ def read(content: Content, options: Options) -> Evidence:
         f"{content.path.name}, {size}, {counted(len(times), 'frame')}, {clock}",
         f"lens: {lens}",
         f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: {_whom(detected, choice)}",
-        *_notes(detected, info, seen, times),
+        *_notes(detected, info, seen, times, whole=options.span.is_all),
     ]
     return Evidence(
         times_s=times,
@@ -55,6 +58,7 @@ def read(content: Content, options: Options) -> Evidence:
         joints_m=detected.world_m,
         joints_frame="camera_root_relative",
         camera=camera,
+        part=_part(detected, info, options.span),
         sha256=content.sha256,
         reading="; ".join(reading),
     )
@@ -86,19 +90,27 @@ def _choice(content: Content, options: Options) -> Choice:
 
 
 def _times(content: Content, detected: Detection, info: frames.Info, fps: float | None) -> tuple[Array, str]:
-    """Times of the frames from 0 on, and where they are from."""
+    """Times of the frames since the video's first, and where they are from."""
     stamps, count = detected.stamps_s, len(detected.stamps_s)
     if fps is not None:
-        return np.arange(count) / fps, f"{fps:g} Hz as given"
+        return detected.rows / fps, f"{fps:g} Hz as given"
     intervals = np.diff(stamps)
     if count > 1 and np.isfinite(stamps).all() and (intervals > 0).all():
         mean = float(intervals.mean())
         even = float(np.abs(stamps - stamps[0] - mean * np.arange(count)).max()) < 0.25 * mean
         kind = f"{1 / mean:.4g} Hz" if even else f"variable rate, {1 / mean:.4g} Hz on average"
-        return stamps - stamps[0], kind
+        return stamps, kind
     if info.rate_hz is None:
         raise content.fail("frame rate", "neither time stamps nor a rate", "--fps N")
-    return np.arange(count) / info.rate_hz, f"{info.rate_hz:.4g} Hz (no usable time stamps)"
+    return detected.rows / info.rate_hz, f"{info.rate_hz:.4g} Hz (no usable time stamps)"
+
+
+def _part(detected: Detection, info: frames.Info, span: Span) -> Part | None:
+    """Which frames of the video these are; None: all."""
+    if span.is_all:
+        return None
+    count = max(info.count, int(detected.rows[-1]) + 1) if info.count else 0
+    return Part(int(detected.rows[0]), span.every, count)
 
 
 def _turned(info: frames.Info) -> str:
@@ -117,11 +129,13 @@ def _whom(detected: Detection, choice: Choice) -> str:
     else:
         others = detection.described(detected.people_px)
         reason = "as chosen" if choice != Choice() else "the largest; --person or --person-at chooses"
-        text = f"person {detected.chosen + 1} of {count}, {reason}; in frame {start}: {others}"
+        text = f"person {detected.chosen + 1} of {count}, {reason}; in frame {detected.rows[start]}: {others}"
     return text
 
 
-def _notes(detected: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array) -> list[str]:
+def _notes(
+    detected: Detection, info: frames.Info, seen: NDArray[np.bool_], times: Array, *, whole: bool
+) -> list[str]:
     notes = []
     if not seen.all():
         notes.append(
@@ -131,6 +145,6 @@ def _notes(detected: Detection, info: frames.Info, seen: NDArray[np.bool_], time
     for part, number in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):
         if number:
             notes.append(f"left and right {part} exchanged in {counted(int(number), 'frame')}")
-    if info.count > 0 and len(times) < (1 - RATE_ERROR_MAX) * info.count:
+    if info.count > 0 and whole and len(times) < (1 - RATE_ERROR_MAX) * info.count:
         notes.append(f"only {len(times)} of {info.count} frames could be decoded")
     return notes

@@ -51,6 +51,9 @@ class Choice:
     at_px: tuple[float, float] | None = None
 
 
+ANYBODY = Choice()
+
+
 def middle(pose: Pose) -> Array:
     """Middle of the trunk, (2,) px."""
     result: Array = pose.points_px[list(TRUNK)].mean(axis=0)
