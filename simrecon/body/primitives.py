@@ -9,7 +9,8 @@ import numpy as np
 
 from simrecon import resources
 from simrecon.body import mass, names
-from simrecon.types import Primitive, Skeleton
+from simrecon.body import skeleton as skeletons
+from simrecon.types import Body, Primitive, Skeleton
 
 THINNEST_M = 0.01
 """Of a foot, whose sole a fit that is cut short may leave higher than the ankle."""
@@ -30,6 +31,20 @@ def default_mass_kg(height_m: float) -> float:
 def default_height_m() -> float:
     """Stature where nothing is known of the person."""
     return float(resources.toml("models", "body", "mass.toml")["whole"]["stature_m"])
+
+
+def upright_m(body: Body) -> float:
+    """Height of the primitives of a body in a T-pose, from the left sole to the top of the skull, m.
+
+    It is the stature of what is simulated. The skeleton's (`skeleton.stature_m`) differs where the points of
+    the head are of another size than the skull, which grows with stature.
+    """
+    origins = dict(zip(body.skeleton.names, skeletons.t_pose_m(body.skeleton), strict=True))
+    parts = {part.name: part for part in body.primitives}
+    skull, foot = parts["skull"], parts["left_foot"]
+    top = origins[skull.segment][2] + skull.points_m[:, 2].max() + skull.size_m[0]
+    sole = origins[foot.segment][2] + foot.points_m[0, 2] - foot.size_m[2]
+    return float(top - sole)
 
 
 def make(
@@ -54,7 +69,8 @@ def make(
     parts = []
     for entry in entries():
         if entry["kind"] == "capsule":
-            points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * width])
+            thick = height_m if entry.get("bone") else width
+            points, size = _capsule(entry, skeleton, height_m), np.array([entry["radius"] * thick])
         elif "sole" in entry:
             points, size = _sole(entry, skeleton, height_m, width, sole_m)
         else:

@@ -58,19 +58,14 @@ def t_pose_m(skeleton: Skeleton) -> Array:
 
 
 def stature_m(skeleton: Skeleton) -> float:
-    """Height of a T-pose from the sole to the top of the skull (`models/body/primitives.toml`)."""
+    """Height of a T-pose from the sole to the highest point of the head."""
     origins = t_pose_m(skeleton)
-    unit = template()
-    head = skeleton.names.index("head")
-    skull = next(
-        p for p in resources.toml("models", "body", "primitives.toml")["primitive"] if p["name"] == "skull"
-    )
-    middle = skeleton.point_names.index("head")
-    ratio = np.linalg.norm(skeleton.point_offsets_m[middle]) / np.linalg.norm(unit.point_offsets_m[middle])
-    top = origins[head, 2] + ratio * (skull["to"][2] + skull["radius"])
-    heel = skeleton.point_names.index("left_heel")
-    sole = origins[skeleton.point_segments[heel], 2] + skeleton.point_offsets_m[heel, 2]
-    return float(top - sole)
+
+    def height_m(point: str) -> float:
+        row = skeleton.point_names.index(point)
+        return float(origins[skeleton.point_segments[row], 2] + skeleton.point_offsets_m[row, 2])
+
+    return height_m("head_top") - height_m("left_heel")
 
 
 def rescaled(skeleton: Skeleton, factor: float) -> Skeleton:

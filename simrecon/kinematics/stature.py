@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from simrecon import body as bodies
+from simrecon.body import primitives
 from simrecon.kinematics.fitting import fit
 from simrecon.plan import Kinematics
 from simrecon.types import Evidence, KinematicFit, Scene
@@ -32,6 +33,6 @@ def fit_to_stature(
     first = fit(evidence, scene, plan, request)
     if evidence.height_m is None:
         return first
-    taller = bodies.stature_m(first.body.skeleton) / evidence.height_m
+    taller = primitives.upright_m(first.body) / evidence.height_m
     again = fit(replace(evidence, height_m=evidence.height_m / taller), scene, plan, request)
     return replace(again, body=replace(again.body, height_m=evidence.height_m))

@@ -138,7 +138,8 @@ def test_a_heavier_person_is_thicker_not_taller() -> None:
     light, heavy = person(1.75, 60.0), person(1.75, 120.0)
     for a, b in zip(light.primitives, heavy.primitives, strict=True):
         if a.kind == "capsule":
-            np.testing.assert_allclose(b.size_m, math.sqrt(2) * a.size_m)
+            wider = 1.0 if a.name == "skull" else math.sqrt(2)
+            np.testing.assert_allclose(b.size_m, wider * a.size_m)
             np.testing.assert_array_equal(b.points_m, a.points_m)
 
 
@@ -303,3 +304,26 @@ def test_feet_have_a_thickness_wherever_the_sole_is(sole_m: float) -> None:
     assert len(feet) == 2
     assert min(foot.size_m[2] for foot in feet) >= 0.004
     assert mujoco.MjModel.from_xml_string(person.mjcf).ngeom >= 26
+
+
+@pytest.mark.parametrize("mass_kg", [50.0, 110.0])
+def test_who_stands_upright_is_as_tall_as_the_skeleton(mass_kg: float) -> None:
+    """Where nobody measured the head, skull and points of the head are of one size, whatever the weight."""
+    body = person(1.6, mass_kg)
+    assert bodies.stature_m(body.skeleton) == pytest.approx(1.6)
+    assert primitives.upright_m(body) == pytest.approx(1.6, rel=0.002)
+
+
+def test_a_body_of_shape_parameters_is_as_tall_as_it_should_be() -> None:
+    body = bodies.build(height_m=1.6, mass_kg=60.0, betas=np.array([1.0, -1.0, 0.5]))
+    assert primitives.upright_m(body) == pytest.approx(1.6, rel=0.01)
+
+
+def test_a_head_of_another_size_than_the_body_leaves_the_simulated_stature_to_the_skull() -> None:
+    lengths = bodies.measure_template(bodies.scaled({}, 1.7))
+    skeleton = bodies.scaled(lengths | {"skull": 0.85 * 0.125 * 1.7}, 1.7)
+    body = bodies.build(skeleton, height_m=1.7, mass_kg=60.0)
+    top = skeleton.point_offsets_m[skeleton.point_names.index("head_top"), 2]
+    higher_m = primitives.upright_m(body) - bodies.stature_m(skeleton)
+    assert higher_m == pytest.approx(0.125 * 1.7 - top)
+    assert higher_m > 0.02

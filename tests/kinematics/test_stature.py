@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from simrecon import body as bodies
 from simrecon import evidence, kinematics, plan, resources
+from simrecon.body import primitives
 from simrecon.evidence import resample
 from simrecon.types import Evidence, Scene
 
@@ -25,7 +25,7 @@ def clip() -> Evidence:
 def test_a_known_stature_is_that_of_the_body(clip: Evidence) -> None:
     once = kinematics.fit(clip, Scene(), WEIGHTS)
     again = kinematics.fit_to_stature(clip, Scene(), WEIGHTS)
-    off, less = (abs(bodies.stature_m(fit.body.skeleton) - HEIGHT_M) for fit in (once, again))
+    off, less = (abs(primitives.upright_m(fit.body) - HEIGHT_M) for fit in (once, again))
     assert off > 0.001  # to first order only
     assert less < min(off, 0.001 * HEIGHT_M)
 
