@@ -109,15 +109,14 @@ def _check_ahead(job: Job) -> None:
 
 def _check_files(job: Job) -> None:
     source = job.detected or job.input
-    if not Path(source).exists():
-        raise InputError(f"{source}: cannot be read (there is no such file); give an existing file")
+    for path in (source, *request.files(job).values()):
+        if not Path(path).exists():
+            raise InputError(f"{path}: cannot be read (there is no such file); give an existing file")
     if job.retarget and Path(job.input).resolve() == Path(job.output).resolve():
         raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
-    if names := request.changed(job):
-        files = {"input": job.input, "keypoints": job.reading.keypoints, "start": job.start}
-        first = files.get(names[0]) or names[0]
+    if paths := request.changed(job):
         raise InputError(
-            f"{first}: its sha256 is not the one that the job was made with ({names[0]}); "
+            f"{paths[0]}: its sha256 is not the one that the job was made with; "
             f"valid: the same file, or a new run"
         )
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from simrecon import engines, plan, planners, scene
 from simrecon.errors import InputError
-from simrecon.job import Job
+from simrecon.job import Job, request
 from simrecon.job.text import Option, options, with_options
 
 _DASHED = re.compile(r"-([xyz]$|\.?\d)")
@@ -91,7 +91,7 @@ def given(parsed: argparse.Namespace) -> dict[str, Any]:
 
 
 def apply(parsed: argparse.Namespace, job: Job) -> Job:
-    """The job with all that was given on the command line.
+    """The job with all that was given on the command line; files that were named are taken as they are now.
 
     Raises:
         InputError: there is no such plan, or the scene can't be read.
@@ -104,7 +104,8 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     for name in ("planner", "engine"):
         if getattr(parsed, name) is not None:
             changes[name] = getattr(parsed, name)
-    return with_options(replace(job, **changes), given(parsed))
+    job, values = with_options(replace(job, **changes), given(parsed)), given(parsed)
+    return request.taken_anew(job, (*values, *(() if parsed.scene is None else request.meshes_of(job))))
 
 
 def _add(group: Any, option: Option, text: str) -> None:

@@ -12,7 +12,7 @@ from simrecon import results
 from simrecon.cli import arguments, options
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
-from simrecon.job import Hashes, Job
+from simrecon.job import Job, request
 from simrecon.results import Result
 from simrecon.results.folder import MOTION
 
@@ -38,17 +38,17 @@ def _rerun(parsed: argparse.Namespace) -> int:
     job = replace(recalled(result), output=parsed.output)
     again = options.apply(parsed, job)
     if _reads_anew(job, again):
-        again = replace(again, detected=None, sha256=replace(again.sha256, detected=""))
+        again = replace(again, detected=None)
     if parsed.input is not None:
         name = "input" if again.detected is None else "detected"
-        again = replace(again, **{name: parsed.input})
+        again = request.moved(again, name, parsed.input)
     _check_there(again, parsed.result)
     if again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
         again = replace(again, start=None)
     said = options.given(parsed)
     again = replace(again, estimated=tuple(name for name in again.estimated if name not in said))
-    return execute(replace(again, sha256=_still_known(job, again)), parsed)
+    return execute(again, parsed)
 
 
 def _reads_anew(before: Job, after: Job) -> bool:
@@ -62,28 +62,17 @@ def recalled(result: Result) -> Job:
     size = replace(job.person, height_m=person["height_m"], mass_kg=person["mass_kg"])
     assumed = result.report.get("assumed", {})  # results of earlier versions have none
     origins = {f"{name}_{unit}": assumed.get(name, {}) for name, unit in (("height", "m"), ("mass", "kg"))}
-    return replace(
+    job = replace(
         job,
         scene=result.scene,
         person=size,
         estimated=tuple(name for name, of in origins.items() if of.get("origin") == "estimated"),
         start=str(result.folder / MOTION),
-        sha256=replace(job.sha256, start="", meshes=""),
     )
+    return request.taken_anew(job, ("start", *request.meshes_of(job)))
 
 
 def _check_there(job: Job, result: str) -> None:
     source = job.detected or job.input
     if not Path(source).exists():
         raise InputError(f"{source}: the evidence of {result} is not there; --input says where it is")
-
-
-def _still_known(before: Job, after: Job) -> Hashes:
-    """Hashes of the files that no option has changed."""
-    files = {
-        "keypoints": (before.reading.keypoints, after.reading.keypoints),
-        "camera": (before.reading.camera, after.reading.camera),
-        "body_model": (before.person.body_model, after.person.body_model),
-    }
-    changed = {name: "" for name, (old, new) in files.items() if old != new}
-    return replace(after.sha256, **changed)

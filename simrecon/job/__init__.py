@@ -5,6 +5,6 @@ from __future__ import annotations
 from simrecon.job.checking import checked
 from simrecon.job.files import absolute, dumps, identity, read
 from simrecon.job.options import Person, Reading
-from simrecon.job.request import Hashes, Job
+from simrecon.job.request import Job
 
-__all__ = ["Hashes", "Job", "Person", "Reading", "absolute", "checked", "dumps", "identity", "read"]
+__all__ = ["Job", "Person", "Reading", "absolute", "checked", "dumps", "identity", "read"]

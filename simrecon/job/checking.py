@@ -13,11 +13,11 @@ from simrecon.errors import InputError
 from simrecon.io import tables
 from simrecon.io.messages import shown
 from simrecon.job.options import Person, Reading
-from simrecon.job.request import Hashes, Job
+from simrecon.job.request import Job
 from simrecon.scene import files as scene_files
 from simrecon.types import Scene
 
-_PARTS = {"reading": Reading, "person": Person, "scene": Scene, "plan": plans.Plan, "sha256": Hashes}
+_PARTS = {"reading": Reading, "person": Person, "scene": Scene, "plan": plans.Plan}
 _READERS = {"scene": ", which simrecon.read_scene reads", "plan": ", which simrecon.read_plan reads"}
 
 

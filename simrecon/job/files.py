@@ -12,12 +12,12 @@ from simrecon.errors import InputError
 from simrecon.io import provenance, tables, toml
 from simrecon.io.messages import check_keys
 from simrecon.job.options import Person, Reading
-from simrecon.job.request import Hashes, Job, hashes
+from simrecon.job.request import Job, contents
 from simrecon.scene import files as scene_files
 from simrecon.types import Scene
 
 SCHEMA = "simrecon.job/1"
-SECTIONS = {"reading": Reading, "person": Person, "sha256": Hashes}
+SECTIONS = {"reading": Reading, "person": Person}
 _OWN_FORM = (*SECTIONS, "scene", "plan")
 _PATHS = ("input", "output", "video", "detected", "start")
 
@@ -51,7 +51,7 @@ def dumps(job: Job) -> str:
     content: dict[str, Any] = {"schema": SCHEMA}
     for item in fields(Job):
         if item.name not in _OWN_FORM and getattr(job, item.name) is not None:
-            content[item.name] = getattr(job, item.name)
+            content[item.name] = tables.plain(getattr(job, item.name))
     for name in SECTIONS:
         content[name] = tables.to_table(getattr(job, name))
     content["scene"] = {"folder": job.scene.folder, **scene_files.tables(job.scene)}
@@ -70,8 +70,8 @@ def identity(job: Job) -> str:
 
     Where the files lie, where the result goes and what is drawn on make no difference.
     """
-    known = replace(with_paths(job, lambda _: ""), sha256=hashes(job), threads=0, video=None, estimated=())
-    bare = replace(known, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
+    bare = replace(with_paths(job, lambda _: ""), sha256=contents(job), threads=0, video=None, estimated=())
+    bare = replace(bare, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
     content = {"job": dumps(bare), "code": provenance.code_digest(), "versions": provenance.versions()}
     return provenance.digest_of(content)
 
@@ -88,7 +88,8 @@ def with_paths(job: Job, change: Callable[[str], str]) -> Job:
     reading = replace(job.reading, **changes(job.reading, files_of(Reading)))  # type: ignore[arg-type]
     person = replace(job.person, **changes(job.person, files_of(Person)))  # type: ignore[arg-type]
     own: dict[str, Any] = changes(job, _PATHS)
-    return replace(job, reading=reading, person=person, **own)
+    known = {change(path): digest for path, digest in job.sha256.items()}
+    return replace(job, reading=reading, person=person, sha256=known, **own)
 
 
 def _scene(table: Any, path: Path | str, folder: Path) -> Scene:

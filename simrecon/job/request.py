@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from simrecon import plan as plans
 from simrecon.io import provenance
@@ -16,19 +18,6 @@ LARGEST_SEED = 2**63 - 1
 MOST_THREADS = 1024
 _TAKEN = ("motion.npz", "model.xml")
 """Files of a result that a retargeting reads, beside parts of its report."""
-
-
-@dataclass(frozen=True)
-class Hashes:
-    """`[sha256]`: of the files that a job reads, empty where it reads none or they are not known yet."""
-
-    input: str = ""
-    keypoints: str = ""
-    camera: str = ""
-    body_model: str = ""
-    detected: str = ""
-    start: str = ""
-    meshes: str = ""
 
 
 @dataclass(frozen=True)
@@ -51,7 +40,7 @@ class Job:
         start: a motion (`motion.npz`) from which the optimisation begins, perhaps of another scene.
         estimated: what of `person` an earlier run estimated, and nobody says: `height_m`, `mass_kg`.
         retarget: whether the kinematic motion of the result `input` is put on `person`, instead of a fit.
-        sha256: of the files; those that are given must agree.
+        sha256: of files by absolute path; one that the job reads must have its hash, others are passed over.
     """
 
     input: str
@@ -73,12 +62,12 @@ class Job:
     start: str | None = None
     estimated: tuple[str, ...] = ()
     retarget: bool = False
-    sha256: Hashes = field(default_factory=Hashes)
+    sha256: Mapping[str, str] = field(default_factory=dict)
 
 
-def hashes(job: Job) -> Hashes:
-    """SHA-256 of the files that a job reads, as they are now; a file that is missing has none."""
-    files = {
+def files(job: Job) -> dict[str, str]:
+    """Paths of the files that a job reads, by what they are to it."""
+    named = {
         "input": job.input,
         "keypoints": job.reading.keypoints,
         "camera": job.reading.camera,
@@ -86,23 +75,61 @@ def hashes(job: Job) -> Hashes:
         "detected": job.detected,
         "start": job.start,
     }
-    known = {name: provenance.file_digest(Path(path)) for name, path in files.items() if path and _is(path)}
-    if job.retarget and Path(job.input).is_dir():
-        known["input"] = _retargeted(Path(job.input))
-    if meshes := _meshes(job.scene):
-        known["meshes"] = provenance.digest_of([provenance.file_digest(path) for path in meshes])
-    return Hashes(**known)
+    known = {name: path for name, path in named.items() if path}
+    return known | {f"mesh {i}": str(path) for i, path in enumerate(_meshes(job.scene), 1)}
+
+
+def contents(job: Job) -> dict[str, str]:
+    """SHA-256 of the files that a job reads, by what they are to it; a file that is missing has none."""
+    paths = {name: Path(path) for name, path in files(job).items()}
+    return {name: _digest(job, name, path) for name, path in paths.items() if path.exists()}
+
+
+def hashes(job: Job) -> dict[str, str]:
+    """SHA-256 of the files that a job reads, as they are now, by absolute path."""
+    paths = files(job)
+    return {_place(paths[name]): digest for name, digest in contents(job).items()}
 
 
 def changed(job: Job) -> tuple[str, ...]:
-    """Names of the files whose hash the job knows and which are missing or no longer the same."""
-    now = hashes(job)
-    names = (item.name for item in fields(Hashes))
-    return tuple(name for name in names if getattr(job.sha256, name) not in ("", getattr(now, name)))
+    """Paths of the files whose hash the job knows and which are missing or no longer the same."""
+    known = {name: path for name, path in files(job).items() if _place(path) in job.sha256}
+    return tuple(path for name, path in known.items() if job.sha256[_place(path)] != _now(job, name, path))
 
 
-def _is(path: str) -> bool:
-    return Path(path).exists()
+def moved(job: Job, name: str, path: str) -> Job:
+    """The job with one of its own files in another place, where its hash must be the same."""
+    known = dict(job.sha256)
+    before = getattr(job, name)
+    if before is not None and (digest := known.pop(_place(before), None)) is not None:
+        known[_place(path)] = digest
+    changes: dict[str, Any] = {name: path}
+    return replace(job, sha256=known, **changes)
+
+
+def taken_anew(job: Job, names: Iterable[str]) -> Job:
+    """The job without the hashes of some of its files, which may be others than they were."""
+    places = {_place(path) for name, path in files(job).items() if name in names}
+    return replace(job, sha256={path: digest for path, digest in job.sha256.items() if path not in places})
+
+
+def meshes_of(job: Job) -> tuple[str, ...]:
+    """What `files` calls the meshes of the scene."""
+    return tuple(name for name in files(job) if name.startswith("mesh "))
+
+
+def _place(path: str) -> str:
+    return str(Path(path).resolve())
+
+
+def _now(job: Job, name: str, path: str) -> str | None:
+    return _digest(job, name, Path(path)) if Path(path).exists() else None
+
+
+def _digest(job: Job, name: str, path: Path) -> str:
+    if name == "input" and job.retarget and path.is_dir():
+        return _retargeted(path)
+    return provenance.file_digest(path)
 
 
 def _retargeted(result: Path) -> str:

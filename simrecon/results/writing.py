@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import time
-from dataclasses import replace
 from pathlib import Path
 
 from simrecon import job as jobs
@@ -13,7 +12,7 @@ from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
 from simrecon.io import atomic
-from simrecon.job import Job
+from simrecon.job import Job, request
 from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
 from simrecon.results import beside, motion_file, report, report_file, verdict
@@ -96,9 +95,10 @@ def _settled(job: Job, place: folders.Place, landmarks: Path | None, *, overwrit
     """The job with the files that are kept for it, in the result and beside it."""
     if job.start is not None:
         shutil.copyfile(job.start, place.partial / folders.START)
-        job = replace(job, start=str(place.target / folders.START))
+        job = request.moved(job, "start", str(place.target / folders.START))
     if landmarks is not None:
-        job = replace(job, detected=str(beside.place(landmarks, place.target, overwrite=overwrite)))
+        kept = beside.place(landmarks, place.target, overwrite=overwrite)
+        job = request.moved(job, "detected", str(kept))
     return job if place.target == Path(job.output).resolve() else replace(job, output=str(place.target))
 
 

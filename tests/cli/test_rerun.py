@@ -10,9 +10,10 @@ import pytest
 
 from simrecon import cli, results
 from simrecon.cli import rerun
+from simrecon.cli import run as run_command
 from simrecon.engines import warm_start
 from simrecon.errors import InputError
-from simrecon.job import Job
+from simrecon.job import Job, Reading, request
 from simrecon.pipeline import Reconstruction
 from tests.support.runs import job_of
 
@@ -26,7 +27,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
         jobs.append(job)
         return 0
 
-    monkeypatch.setattr(rerun, "execute", execute)
+    for command in (rerun, run_command):
+        monkeypatch.setattr(command, "execute", execute)
     return jobs
 
 
@@ -42,7 +44,7 @@ def test_another_reading_of_a_video_finds_its_landmarks_anew(
         cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
     same, less, anew = asked
     assert (same.detected, less.detected) == (str(kept), str(kept))
-    assert (anew.detected, anew.sha256.detected, anew.reading.fov_deg) == (None, "", 40.0)
+    assert (anew.detected, anew.reading.fov_deg) == (None, 40.0)
 
 
 def test_a_stature_that_was_estimated_is_not_taken_for_given(
@@ -69,3 +71,24 @@ def test_a_motion_does_not_start_another_part_of_the_clip(
     later = replace(run.motion, times_s=run.motion.times_s + 0.1)
     with pytest.raises(InputError, match=r"begins at 0.1 s; valid: one that begins with the clip, at 0 s"):
         warm_start.check_beginning(later, 1 / 30, run.motion.times_s)
+
+
+@pytest.mark.parametrize("command", ["run", "rerun"])
+def test_a_file_that_is_named_again_is_taken_as_it_is(
+    command: str, run: Reconstruction, tmp_path: Path, asked: list[Job]
+) -> None:
+    clip, points, others = (tmp_path / f"{name}.npz" for name in ("clip", "points", "others"))
+    for path in (clip, points, others):
+        path.write_text(path.name, encoding="utf-8")
+    out = tmp_path / "out"
+    job = job_of(out, input=str(clip), reading=Reading(keypoints=str(points)))
+    results.write(replace(job, sha256=request.hashes(job)), run)
+    words = ["rerun", str(out), "-o", str(tmp_path / "again")]
+    words = words if command == "rerun" else ["run", "--job", str(out / "job.toml")]
+    points.write_text("changed", encoding="utf-8")
+    for more in ([], ["--keypoints", str(others)], ["--keypoints", str(points)]):
+        cli.main([*words, *more])
+    same, other, again = asked
+    assert request.changed(same) == (str(points),)
+    assert (other.reading.keypoints, request.changed(other)) == (str(others), ())
+    assert (again.reading.keypoints, request.changed(again)) == (str(points), ())

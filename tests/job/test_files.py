@@ -13,12 +13,14 @@ import pytest
 
 from simrecon import job as jobs
 from simrecon import plan as plans
-from simrecon import resources, running
+from simrecon import resources, results, running
 from simrecon.errors import InputError
-from simrecon.job import Hashes, Job, Person, Reading, request
+from simrecon.job import Job, Person, Reading, request
 from simrecon.job.files import with_paths
+from simrecon.pipeline import Reconstruction
 from simrecon.types import Ground, Scene, SceneItem
 from tests.conftest import CHECKOUT
+from tests.support.runs import job_of
 
 
 @pytest.fixture
@@ -115,7 +117,36 @@ def test_files_that_changed_are_found(job: Job, tmp_path: Path) -> None:
     assert request.changed(job) == ()  # it knows no hashes
     (tmp_path / "points.json").write_text("others", encoding="utf-8")
     (tmp_path / "body.npz").unlink()
-    assert request.changed(known) == ("keypoints", "body_model")
+    assert request.changed(known) == (str(tmp_path / "points.json"), str(tmp_path / "body.npz"))
+
+
+def test_a_hash_counts_for_the_path_that_it_was_made_of(job: Job, tmp_path: Path) -> None:
+    known = replace(job, sha256=request.hashes(job))
+    (tmp_path / "other.npz").write_bytes(b"another file")
+    other = str(tmp_path / "other.npz")
+    for changed in (
+        replace(known, input=other),
+        replace(known, start=other),
+        replace(known, reading=replace(job.reading, keypoints=other)),
+    ):
+        assert request.changed(changed) == ()
+    assert request.changed(request.moved(known, "input", other)) == (other,)  # said to be the same file
+    (tmp_path / "clip.npz").write_bytes(b"another clip")
+    assert request.changed(known) == (job.input,)
+    assert request.changed(request.taken_anew(known, ("input",))) == ()
+
+
+def test_the_hash_of_the_motion_to_begin_from_moves_with_it_into_the_result(
+    run: Reconstruction, tmp_path: Path
+) -> None:
+    first, again = tmp_path / "first", tmp_path / "again"
+    results.write(job_of(first), run)
+    job = job_of(again, start=str(first / "motion.npz"))
+    results.write(replace(job, sha256=request.hashes(job)), run)
+    kept = results.open_result(again).job
+    assert kept.start == str(again / "start.npz")
+    assert kept.sha256[kept.start] == request.hashes(job)[str(first / "motion.npz")]
+    assert request.changed(kept) == ()
 
 
 def test_the_identity_holds_all_that_a_motion_depends_on(job: Job, tmp_path: Path) -> None:
@@ -148,7 +179,7 @@ def test_the_identity_holds_nothing_else(job: Job, tmp_path: Path) -> None:
 
 
 def test_hashes_of_a_job_without_files_are_empty() -> None:
-    assert request.hashes(Job("none.npz", "out", plan=plans.read("quick"))) == Hashes()
+    assert request.hashes(Job("none.npz", "out", plan=plans.read("quick"))) == {}
 
 
 def test_the_example_of_the_documentation_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,24 +68,24 @@ def test_what_is_written_into_a_result_later_leaves_its_retargeting_repeatable(
 ) -> None:
     source = shutil.copytree(finished, tmp_path / "source")
     job = Job(str(source), str(tmp_path / "out"), person=Person(height_m=1.2), retarget=True)
-    before = request.hashes(job).input
+    before = request.contents(job)["input"]
     (source / "motion.trc").write_text("exported", encoding="utf-8")
     report = json.loads((source / "report.json").read_text(encoding="utf-8"))
     report["totals"]["wall_s"] += 1.0
     (source / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    assert request.hashes(job).input == before
+    assert request.contents(job)["input"] == before
     taken: list[tuple[str, Any]] = [("person", "height_m"), ("frames", "interpolated_frames")]
     for section, key in taken:
         changed = report | {section: report[section] | {key: [1]}}
         (source / "report.json").write_text(json.dumps(changed), encoding="utf-8")
-        assert request.hashes(job).input != before
+        assert request.contents(job)["input"] != before
     (source / "report.json").write_text(json.dumps(report), encoding="utf-8")
     for name in (folders.MOTION, folders.MODEL):
         kept = (source / name).read_bytes()
         (source / name).write_bytes(kept + b" ")
-        assert request.hashes(job).input != before
+        assert request.contents(job)["input"] != before
         (source / name).write_bytes(kept)
-    assert request.hashes(job).input == before
+    assert request.contents(job)["input"] == before
 
 
 def test_a_result_is_not_retargeted_onto_itself(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
