@@ -15,6 +15,7 @@ from simrecon.errors import InputError
 from simrecon.job import Job, request
 from simrecon.results import Result
 from simrecon.results.folder import MOTION
+from simrecon.types import Scene
 
 
 def add(commands: Any) -> None:
@@ -46,8 +47,6 @@ def _rerun(parsed: argparse.Namespace) -> int:
     if again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
         again = replace(again, start=None)
-    said = options.given(parsed)
-    again = replace(again, estimated=tuple(name for name in again.estimated if name not in said))
     return execute(again, parsed)
 
 
@@ -57,19 +56,21 @@ def _reads_anew(before: Job, after: Job) -> bool:
 
 
 def recalled(result: Result) -> Job:
-    """The job of a result, to be done again from its motion on, for a person of the size that was fitted."""
-    job, person = result.job, result.report["person"]
-    size = replace(job.person, height_m=person["height_m"], mass_kg=person["mass_kg"])
-    assumed = result.report.get("assumed", {})  # results of earlier versions have none
-    origins = {f"{name}_{unit}": assumed.get(name, {}) for name, unit in (("height", "m"), ("mass", "kg"))}
-    job = replace(
-        job,
-        scene=result.scene,
-        person=size,
-        estimated=tuple(name for name, of in origins.items() if of.get("origin") == "estimated"),
-        start=str(result.folder / MOTION),
-    )
+    """The job of a result, to be done again from its motion on.
+
+    What was not known of person and floor is not known now either: the same fit then finds the same.
+    """
+    job = replace(result.job, scene=_scene(result), start=str(result.folder / MOTION))
     return request.taken_anew(job, ("start", *request.meshes_of(job)))
+
+
+def _scene(result: Result) -> Scene:
+    """The scene of a result, in which a floor that the fit has put at its height is where it was before."""
+    scene, floor = result.scene, result.report.get("assumed", {}).get("floor", {})
+    if floor.get("origin") != "estimated" or floor.get("height_m") != scene.ground.height_m:
+        return scene
+    height_m = result.job.scene.ground.height_m
+    return replace(scene, ground=replace(scene.ground, height_m=height_m))
 
 
 def _check_there(job: Job, result: str) -> None:

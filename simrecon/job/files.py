@@ -70,7 +70,7 @@ def identity(job: Job) -> str:
 
     Where the files lie, where the result goes and what is drawn on make no difference.
     """
-    bare = replace(with_paths(job, lambda _: ""), sha256=contents(job), threads=0, video=None, estimated=())
+    bare = replace(with_paths(job, lambda _: ""), sha256=contents(job), threads=0, video=None)
     bare = replace(bare, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
     content = {"job": dumps(bare), "code": provenance.code_digest(), "versions": provenance.versions()}
     return provenance.digest_of(content)

@@ -38,7 +38,6 @@ class Job:
         video: what the overlay is drawn on; None: the input if it is a video, else plain ground.
         detected: evidence file with the landmarks of a video, which is read instead of detecting them again.
         start: a motion (`motion.npz`) from which the optimisation begins, perhaps of another scene.
-        estimated: what of `person` an earlier run estimated, and nobody says: `height_m`, `mass_kg`.
         retarget: whether the kinematic motion of the result `input` is put on `person`, instead of a fit.
         sha256: of files by absolute path; one that the job reads must have its hash, others are passed over.
     """
@@ -60,7 +59,6 @@ class Job:
     )
     detected: str | None = None
     start: str | None = None
-    estimated: tuple[str, ...] = ()
     retarget: bool = False
     sha256: Mapping[str, str] = field(default_factory=dict)
 

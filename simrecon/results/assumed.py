@@ -27,18 +27,11 @@ def make(job: Job, run: Reconstruction) -> dict[str, Any]:
     known = GIVEN if job.retarget else floor.known(run.evidence, job.scene, trust.of(run.evidence))
     return {
         "height": _height(job, run, known),
-        "mass": {"origin": ESTIMATED if _estimated(job, "mass_kg", run.evidence.mass_kg) else GIVEN},
+        "mass": {"origin": GIVEN if job.retarget or run.evidence.mass_kg is not None else ESTIMATED},
         "lens": _lens(job, run),
         "camera": _camera(run),
         "floor": _floor(run, known),
     }
-
-
-def _estimated(job: Job, name: str, known: float | None) -> bool:
-    """Whether nobody said this of the person, or only an earlier run did."""
-    if job.retarget:
-        return False
-    return name in job.estimated or known is None
 
 
 def _height(job: Job, run: Reconstruction, known: str) -> dict[str, Any]:
@@ -47,8 +40,7 @@ def _height(job: Job, run: Reconstruction, known: str) -> dict[str, Any]:
         return {"origin": GIVEN, "shown_m": None}
     evidence, plan = run.evidence, run.problem.plan.kinematics
     lengths = bodies.measure(evidence) if plan.shape and evidence.joint_names else {}
-    said = None if "height_m" in job.estimated else evidence.height_m
-    tall = stature_prior.settle(said, lengths, trust.of(evidence), floor=known)
+    tall = stature_prior.settle(evidence.height_m, lengths, trust.of(evidence), floor=known)
     origin = ESTIMATED if tall.origin == stature_prior.ASSUMED else tall.origin
     return {"origin": origin, "shown_m": tall.shown_m}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, job, resources
+from simrecon import cli, evidence, job, resources, results
 from tests.support.runs import person, seen, squat
 
 BETAS = "0.4,-0.8"
@@ -18,10 +18,11 @@ BETAS = "0.4,-0.8"
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A short squat, its 3D estimate and its 2D landmarks in files of their own, and a hasty plan."""
+    """A short squat, also its 3D estimate and its 2D landmarks in files of their own, and a hasty plan."""
     folder = tmp_path_factory.mktemp("inputs")
     body = person()
     clip = seen(body, squat(body, np.linspace(0.0, 0.3, 12)))
+    evidence.write(folder / "both.npz", clip)
     evidence.write(folder / "two.npz", replace(clip, joint_names=(), joints_m=np.zeros((12, 0, 3))))
     empty = np.zeros((12, 0, 2))
     evidence.write(
@@ -57,11 +58,30 @@ def test_rerun_recalls_what_is_not_given_again(finished: Path, again: Path) -> N
     assert (before.seed, after.seed) == (0, 3)
     assert after.reading == before.reading
     assert after.person.betas == before.person.betas == (0.4, -0.8)
-    # The height is that of the finished fit.
-    assert after.person.height_m == pytest.approx(before.person.height_m, rel=0.01)
+    assert after.person.height_m == before.person.height_m == 1.7
     first, second = (json.loads((place / "report.json").read_text()) for place in (finished, again))
     assert second["person"]["betas"] == first["person"]["betas"]
     assert second["metrics"]["mpjpe_2d_px"] is not None  # the landmarks of the second file
+
+
+@pytest.mark.parametrize("source", ["world", "mocap"])
+def test_rerun_fits_the_same_body_where_size_and_floor_are_not_known(
+    inputs: Path, tmp_path: Path, source: str
+) -> None:
+    """The floor of motion capture is laid under the feet, here at 5 cm."""
+    clip = replace(evidence.read(inputs / "both.npz"), height_m=None, mass_kg=None)
+    raised = replace(clip, joints_m=clip.joints_m + np.array([0.0, 0.0, 0.05]))
+    evidence.write(tmp_path / "clip.npz", raised if source == "mocap" else clip)
+    first, again = tmp_path / "first", tmp_path / "again"
+    words = ["--plan", str(inputs / "plan.toml"), "--threads", "1", "--trust", source]
+    words += ["--ignore", "keypoints"] if source == "mocap" else []
+    assert cli.main(["run", str(tmp_path / "clip.npz"), "-o", str(first), *words]) == 0
+    assert cli.main(["rerun", str(first), "-o", str(again)]) == 0
+    assert (results.open_result(first).scene.ground.height_m > 0.03) == (source == "mocap")
+    before, after = job.read(first / "job.toml"), job.read(again / "job.toml")
+    assert (after.person, after.scene) == (before.person, before.scene)
+    for file in ("model.xml", "scene.toml"):
+        assert (again / file).read_bytes() == (first / file).read_bytes()
 
 
 def test_rerun_refuses_landmarks_that_have_changed(

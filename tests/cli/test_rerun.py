@@ -9,12 +9,14 @@ from pathlib import Path
 import pytest
 
 from simrecon import cli, results
+from simrecon import scene as scenes
 from simrecon.cli import rerun
 from simrecon.cli import run as run_command
 from simrecon.engines import warm_start
 from simrecon.errors import InputError
-from simrecon.job import Job, Reading, request
+from simrecon.job import Job, Person, Reading, request
 from simrecon.pipeline import Reconstruction
+from simrecon.types import Ground, Scene
 from tests.support.runs import job_of
 
 
@@ -55,8 +57,21 @@ def test_a_stature_that_was_estimated_is_not_taken_for_given(
     results.write(job_of(out, input=str(out / "motion.npz")), unknown)
     for words in ([], ["--height-m", "1.8"]):
         cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
-    assert [job.estimated for job in asked] == [("height_m", "mass_kg"), ("mass_kg",)]
-    assert asked[1].person.height_m == 1.8
+    assert [job.person for job in asked] == [Person(), Person(height_m=1.8)]
+
+
+@pytest.mark.parametrize(("height_m", "recalled_m"), [(0.04, 0.0), (0.3, 0.3)])
+def test_a_floor_that_was_estimated_is_not_taken_for_given(
+    run: Reconstruction, tmp_path: Path, asked: list[Job], height_m: float, recalled_m: float
+) -> None:
+    """A floor at 0.04 m, of motion capture, which the job does not know; unless the file was edited."""
+    out = tmp_path / "out"
+    scene, measured = Scene(Ground(0.04)), replace(run.evidence, trust="mocap")
+    changed = replace(run, fit=replace(run.fit, scene=scene), evidence=measured)
+    results.write(job_of(out, input=str(out / "motion.npz")), changed)
+    scenes.write(Scene(Ground(height_m)), out / "scene.toml")
+    cli.main(["rerun", str(out), "-o", str(tmp_path / "again")])
+    assert asked[0].scene.ground.height_m == recalled_m
 
 
 def test_a_motion_does_not_start_another_part_of_the_clip(

@@ -134,8 +134,9 @@ def test_a_report_says_what_was_assumed(run: Any, tmp_path: Path) -> None:
     assert 0 < said["agreement"]["fit_mean_m"] <= said["agreement"]["fit_max_m"] < 0.1
 
 
-def test_what_an_earlier_run_estimated_is_given_by_nobody(run: Any, tmp_path: Path) -> None:
-    said = assumed.make(job_of(tmp_path, estimated=("height_m", "mass_kg")), run)
+def test_what_nobody_says_of_the_person_is_estimated(run: Any, tmp_path: Path) -> None:
+    unknown = replace(run, evidence=replace(run.evidence, height_m=None, mass_kg=None))
+    said = assumed.make(job_of(tmp_path), unknown)
     assert (said["height"]["origin"], said["mass"]["origin"]) == ("estimated", "estimated")
     assert said["height"]["shown_m"] == pytest.approx(1.75, rel=0.05)
 
