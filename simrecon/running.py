@@ -17,7 +17,7 @@ from simrecon.body import ShapeRequest, known, mass
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
-from simrecon.job import Job, Person, ahead, checking, inputs, request
+from simrecon.job import Job, Person, Reading, ahead, checking, inputs, request, text
 from simrecon.kinematics import retargeting
 from simrecon.observer import SILENT, Observer
 from simrecon.pipeline import Reconstruction, Setup, reconstruct
@@ -112,13 +112,27 @@ def _check_files(job: Job) -> None:
     for path in (source, *request.files(job).values()):
         if not Path(path).exists():
             raise InputError(f"{path}: cannot be read (there is no such file); give an existing file")
-    if job.retarget and Path(job.input).resolve() == Path(job.output).resolve():
-        raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
+    if job.retarget:
+        _check_retargeting(job)
     if paths := request.changed(job):
         raise InputError(
             f"{paths[0]}: its sha256 is not the one that the job was made with; "
             f"valid: the same file, or a new run"
         )
+
+
+def _check_retargeting(job: Job) -> None:
+    if Path(job.input).resolve() == Path(job.output).resolve():
+        raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
+    usual = Reading()
+    said = [
+        option.flag
+        for option in text.options()
+        if option.section == "reading" and getattr(job.reading, option.name) != getattr(usual, option.name)
+    ]
+    if said:
+        found = ", ".join(said)
+        raise InputError(f"{job.input}: found {found} for a result that is retargeted; valid: leave it out")
 
 
 def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:

@@ -10,13 +10,15 @@ from typing import Any
 
 from simrecon import engines, plan, planners, scene
 from simrecon.errors import InputError
-from simrecon.job import Job, request
+from simrecon.job import Job, Reading, request
 from simrecon.job.text import Option, options, with_options
 
 _DASHED = re.compile(r"-([xyz]$|\.?\d)")
 """Values that begin with a dash: axes and numbers."""
 _DEFAULT = re.compile(r" \[[^]]*\]$")
 """The end of a line of help, which says what holds without the option."""
+_FILES = {option.name for option in options() if option.section == "reading" and option.rules.get("file")}
+"""Options of the reading that name files, which may hold something else by now."""
 TITLES = {
     "": "the run",
     "reading": "how the input is read, where it does not say so itself",
@@ -93,6 +95,8 @@ def given(parsed: argparse.Namespace) -> dict[str, Any]:
 def apply(parsed: argparse.Namespace, job: Job) -> Job:
     """The job with all that was given on the command line; files that were named are taken as they are now.
 
+    Landmarks of a video are found anew if they are to be read in another way.
+
     Raises:
         InputError: there is no such plan, or the scene can't be read.
     """
@@ -104,8 +108,17 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     for name in ("planner", "engine"):
         if getattr(parsed, name) is not None:
             changes[name] = getattr(parsed, name)
-    job, values = with_options(replace(job, **changes), given(parsed)), given(parsed)
-    return request.taken_anew(job, (*values, *(() if parsed.scene is None else request.meshes_of(job))))
+    values = given(parsed)
+    again = with_options(replace(job, **changes), values)
+    if _FILES & set(values) or _detected_by(job) != _detected_by(again):
+        again = replace(again, detected=None)
+    meshes = () if parsed.scene is None else request.meshes_of(again)
+    return request.taken_anew(again, (*values, *meshes))
+
+
+def _detected_by(job: Job) -> Reading:
+    """What the landmarks that are kept of a video depend on."""
+    return replace(job.reading, ignore=(), trust=None)
 
 
 def _add(group: Any, option: Option, text: str) -> None:

@@ -38,8 +38,6 @@ def _rerun(parsed: argparse.Namespace) -> int:
     result = results.open_result(parsed.result)
     job = replace(recalled(result), output=parsed.output)
     again = options.apply(parsed, job)
-    if _reads_anew(job, again):
-        again = replace(again, detected=None)
     if parsed.input is not None:
         name = "input" if again.detected is None else "detected"
         again = request.moved(again, name, parsed.input)
@@ -48,11 +46,6 @@ def _rerun(parsed: argparse.Namespace) -> int:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
         again = replace(again, start=None)
     return execute(again, parsed)
-
-
-def _reads_anew(before: Job, after: Job) -> bool:
-    """Whether the landmarks that were found in a video are not those that the options now select."""
-    return replace(before.reading, ignore=()) != replace(after.reading, ignore=())
 
 
 def recalled(result: Result) -> Job:

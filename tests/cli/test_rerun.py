@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simrecon import cli, results
+from simrecon import cli, results, running
 from simrecon import scene as scenes
 from simrecon.cli import rerun
 from simrecon.cli import run as run_command
@@ -34,19 +34,61 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
     return jobs
 
 
+def _words(command: str, out: Path) -> list[str]:
+    """What asks for a result again."""
+    again = ["-o", str(out.with_name("again"))]
+    return (["rerun", str(out)] if command == "rerun" else ["run", "--job", str(out / "job.toml")]) + again
+
+
+@pytest.mark.parametrize("command", ["run", "rerun"])
 def test_another_reading_of_a_video_finds_its_landmarks_anew(
-    run: Reconstruction, tmp_path: Path, asked: list[Job]
+    command: str, run: Reconstruction, tmp_path: Path, asked: list[Job]
 ) -> None:
     video, kept = tmp_path / "clip.mp4", tmp_path / "out.evidence.npz"
     video.touch()
     kept.touch()
     out = tmp_path / "out"
     results.write(job_of(out, input=str(video), detected=str(kept)), run)
-    for words in ([], ["--ignore", "joints"], ["--fov", "40"]):
-        cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
-    same, less, anew = asked
-    assert (same.detected, less.detected) == (str(kept), str(kept))
-    assert (anew.detected, anew.reading.fov_deg) == (None, 40.0)
+    for more in (
+        *([], ["--ignore", "joints"], ["--trust", "camera"]),
+        *(["--fov", "40"], ["--person", "1"], ["--model", "lite"]),
+    ):
+        cli.main([*_words(command, out), *more])
+    assert [job.detected for job in asked] == [str(kept)] * 3 + [None] * 3
+    assert asked[3].reading.fov_deg == 40.0
+
+
+def test_the_same_reading_keeps_the_landmarks_unless_it_names_a_file(
+    run: Reconstruction, tmp_path: Path, asked: list[Job]
+) -> None:
+    out, reading = tmp_path / "out", Reading(camera="lens.toml", person_at_px=(320.0, 240.0))
+    results.write(job_of(out, reading=reading, detected="kept.npz"), run)
+    camera = str(Path("lens.toml").resolve())
+    for more in (["--person-at", "320,240"], ["--camera", camera]):
+        cli.main([*_words("run", out), *more])
+    assert asked[0].detected == str(Path("kept.npz").resolve())
+    assert (asked[1].reading.camera, asked[1].detected) == (camera, None)
+
+
+@pytest.mark.parametrize("command", ["run", "rerun"])
+def test_files_that_are_not_there_are_refused(
+    command: str, run: Reconstruction, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    video, kept, out = tmp_path / "clip.mp4", tmp_path / "out.evidence.npz", tmp_path / "out"
+    video.touch()
+    kept.touch()
+    results.write(job_of(out, input=str(video), detected=str(kept)), run)
+    for more in (["--keypoints", "none.json"], ["--camera", "none.toml"], ["--body-model", "none.npz"]):
+        assert cli.main([*_words(command, out), *more]) == 2
+        assert f"{more[1]}: cannot be read (there is no such file)" in capsys.readouterr().err
+
+
+def test_a_retargeting_refuses_what_is_said_of_evidence(run: Reconstruction, tmp_path: Path) -> None:
+    results.write(job_of(tmp_path / "first"), run)
+    reading = Reading(fov_deg=50.0, up="y")
+    asked = job_of(tmp_path / "out", input=str(tmp_path / "first"), retarget=True, reading=reading)
+    with pytest.raises(InputError, match="found --up, --fov for a result that is retargeted"):
+        running.run(asked)
 
 
 def test_a_stature_that_was_estimated_is_not_taken_for_given(
@@ -98,11 +140,9 @@ def test_a_file_that_is_named_again_is_taken_as_it_is(
     out = tmp_path / "out"
     job = job_of(out, input=str(clip), reading=Reading(keypoints=str(points)))
     results.write(replace(job, sha256=request.hashes(job)), run)
-    words = ["rerun", str(out), "-o", str(tmp_path / "again")]
-    words = words if command == "rerun" else ["run", "--job", str(out / "job.toml")]
     points.write_text("changed", encoding="utf-8")
     for more in ([], ["--keypoints", str(others)], ["--keypoints", str(points)]):
-        cli.main([*words, *more])
+        cli.main([*_words(command, out), *more])
     same, other, again = asked
     assert request.changed(same) == (str(points),)
     assert (other.reading.keypoints, request.changed(other)) == (str(others), ())
