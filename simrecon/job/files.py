@@ -9,6 +9,7 @@ from typing import Any
 
 from simrecon import plan as plans
 from simrecon.errors import InputError
+from simrecon.evidence.camera import fov
 from simrecon.io import provenance, tables, toml
 from simrecon.io.messages import check_keys
 from simrecon.job.options import Person, Reading
@@ -68,11 +69,19 @@ def absolute(job: Job) -> Job:
 def identity(job: Job) -> str:
     """Hash of all of a job that its motion depends on: what files hold, settings, the code and its versions.
 
-    Where the files lie, where the result goes and what is drawn on make no difference.
+    Where the files lie, where the result goes and what is drawn on make no difference. Of a video beside the
+    input, frame rate and image size do.
     """
-    bare = replace(with_paths(job, lambda _: ""), sha256=contents(job), threads=0, video=None)
+    hashes = {name: digest for name, digest in contents(job).items() if name != "video"}
+    bare = replace(with_paths(job, lambda _: ""), sha256=hashes, threads=0, video=None)
     bare = replace(bare, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
-    content = {"job": dumps(bare), "code": provenance.code_digest(), "versions": provenance.versions()}
+    beside = None if job.detected is not None or job.retarget else job.video
+    content = {
+        "job": dumps(bare),
+        "video": (None, None) if beside is None else fov.probe(beside),
+        "code": provenance.code_digest(),
+        "versions": provenance.versions(),
+    }
     return provenance.digest_of(content)
 
 

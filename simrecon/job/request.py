@@ -72,6 +72,7 @@ def files(job: Job) -> dict[str, str]:
         "body_model": job.person.body_model,
         "detected": job.detected,
         "start": job.start,
+        "video": job.video,
     }
     known = {name: path for name, path in named.items() if path}
     return known | {f"mesh {i}": str(path) for i, path in enumerate(_meshes(job.scene), 1)}

@@ -20,6 +20,7 @@ from simrecon.job.files import with_paths
 from simrecon.pipeline import Reconstruction
 from simrecon.types import Ground, Scene, SceneItem
 from tests.conftest import CHECKOUT
+from tests.support import video_files
 from tests.support.runs import job_of
 
 
@@ -176,6 +177,22 @@ def test_the_identity_holds_nothing_else(job: Job, tmp_path: Path) -> None:
     named = replace(job.plan, name="of my own")
     same = replace(moved, threads=1, video="film.mp4", output="elsewhere", plan=named)
     assert jobs.identity(same) == jobs.identity(job)
+
+
+def test_the_video_beside_an_input_counts_as_far_as_it_decides(job: Job, tmp_path: Path) -> None:
+    grey, other = (video_files.scene(people) for people in ([], [(80.0, 60.0, 60.0, video_files.RED)]))
+    videos = [
+        video_files.write(tmp_path / f"{i}.mp4", images, fps)
+        for i, (images, fps) in enumerate((([grey], 30.0), ([other], 30.0), ([grey], 25.0)))
+    ]
+    shown = [replace(job, video=str(video)) for video in videos]
+    first, drawn, slower = (jobs.identity(each) for each in shown)
+    assert first == drawn
+    assert first != slower
+    known = replace(shown[0], sha256=request.hashes(shown[0]))
+    assert request.changed(known) == ()
+    shutil.copy(videos[1], videos[0])
+    assert request.changed(known) == (str(videos[0]),)
 
 
 def test_hashes_of_a_job_without_files_are_empty() -> None:
