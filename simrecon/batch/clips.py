@@ -13,8 +13,7 @@ from simrecon import scene as scenes
 from simrecon.batch import files, manifest, shared
 from simrecon.errors import InputError
 from simrecon.evidence import formats
-from simrecon.job import Job
-from simrecon.job.text import with_options
+from simrecon.job import Job, text
 from simrecon.types import Scene
 
 OF_PART = ("from_s", "to_s", "every")
@@ -59,7 +58,7 @@ class Clip:
             planner=self.planner,
             engine=self.engine,
         )
-        return with_options(bare, dict(self.options))
+        return text.with_options(bare, dict(self.options))
 
 
 def collect(
@@ -108,7 +107,7 @@ def _clip(name: str, path: Path, values: Mapping[str, Any]) -> Clip:
 def _listed(entry: manifest.Entry, defaults: Mapping[str, Any]) -> tuple[str | None, Clip]:
     """A clip of a manifest, and the name that it was given."""
     name = entry.name or files.stem(entry.path, entry.root)
-    values = {**defaults, **entry.values}
+    values = text.over(defaults, entry.values)
     common = {*entry.shared, *(key for key in defaults if key not in entry.values)}
     return entry.name, _clip(name, entry.path, shared.without_foreign(values, common, entry.path))
 

@@ -12,7 +12,7 @@ from typing import Any
 from simrecon import engines, planners
 from simrecon.batch import files
 from simrecon.errors import InputError
-from simrecon.job.text import Option
+from simrecon.job.text import Option, over
 from simrecon.job.text import options as job_options
 
 SUFFIXES = (".toml", ".csv")
@@ -50,7 +50,7 @@ def read(path: Path) -> list[Entry]:
     rows, shared = _toml(path) if path.suffix.lower() == ".toml" else _csv(path)
     entries: list[Entry] = []
     for where, row in rows:
-        own = _checked(where, {**shared, **row}, path.resolve().parent)
+        own = _checked(where, over(shared, row), path.resolve().parent)
         if "input" not in own:
             raise InputError(f"{where} lacks the key 'input'; valid: {', '.join(KEYS)}")
         found = files.find(own.pop("input"))

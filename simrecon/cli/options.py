@@ -10,8 +10,9 @@ from typing import Any
 
 from simrecon import engines, plan, planners, scene
 from simrecon.errors import InputError
+from simrecon.io.messages import hint
 from simrecon.job import Job, Reading, request
-from simrecon.job.text import Option, options, with_options
+from simrecon.job.text import Option, defaults, options, with_options
 
 _DASHED = re.compile(r"-([xyz]$|\.?\d)")
 """Values that begin with a dash: axes and numbers."""
@@ -32,6 +33,7 @@ def add(
     recalls: Callable[[str], bool] = lambda _: False,
     sections: tuple[str, ...] = tuple(TITLES),
     without: tuple[str, ...] = (),
+    forgets: bool = False,
 ) -> None:
     """Add the options of a job; what is not given is None.
 
@@ -40,6 +42,7 @@ def add(
         recalls: whether the command takes an option that is not given, by name, from an earlier job.
         sections: of the options that the command has.
         without: names of options in them that it does not have.
+        forgets: whether options of an earlier job can be taken back.
     """
     groups = {section: parser.add_argument_group(TITLES[section]) for section in sections}
 
@@ -48,6 +51,9 @@ def add(
 
     if "" in groups:
         _add_own(groups[""], text)
+    if forgets:
+        words = "options of the earlier job that hold no longer, such as ignore,fov"
+        groups[""].add_argument("--forget", type=_names, metavar="NAME,…", help=words)
     for option in options():
         if option.section in groups and option.name not in without:
             _add(groups[option.section], option, text(option.name, option.rules["help"]))
@@ -108,9 +114,10 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     for name in ("planner", "engine"):
         if getattr(parsed, name) is not None:
             changes[name] = getattr(parsed, name)
-    values = given(parsed)
+    said = given(parsed)
+    values = defaults(getattr(parsed, "forget", None) or ()) | said
     again = with_options(replace(job, **changes), values)
-    if _FILES & set(values) or _detected_by(job) != _detected_by(again):
+    if _FILES & set(said) or _detected_by(job) != _detected_by(again):
         again = replace(again, detected=None)
     meshes = () if parsed.scene is None else request.meshes_of(again)
     return request.taken_anew(again, (*values, *meshes))
@@ -135,6 +142,17 @@ def _add(group: Any, option: Option, text: str) -> None:
         metavar=option.rules.get("metavar"),
         help=text,
     )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    """Names of options between commas, with or without their unit."""
+    known = {option.flag.removeprefix("--"): option.name for option in options()}
+    names = known | {name: name for name in known.values()}
+    for word in text.split(","):
+        if word not in names:
+            valid = ", ".join(known)
+            raise argparse.ArgumentTypeError(f"found {word!r}{hint(word, names)}; valid: {valid}")
+    return tuple(names[word] for word in text.split(","))
 
 
 def _reader(option: Option) -> Callable[[str], Any]:

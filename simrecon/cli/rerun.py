@@ -29,7 +29,7 @@ def add(commands: Any) -> None:
     rerun.add_argument("result", metavar="OUT", help="result folder to start from")
     rerun.add_argument("-o", dest="output", metavar="OUT2", help="result folder to make")
     rerun.add_argument("--input", metavar="FILE", help="where the input is now, if it was moved")
-    options.add(rerun, recalls=lambda _: True)
+    options.add(rerun, recalls=lambda _: True, forgets=True)
 
 
 def _rerun(parsed: argparse.Namespace) -> int:

@@ -29,7 +29,7 @@ def add(commands: Any) -> None:
     )
     run.add_argument("-o", dest="output", metavar="OUT", help="result folder to write")
     run.add_argument("--job", metavar="FILE", help="job.toml of a result, or your own, instead of INPUT")
-    options.add(run)
+    options.add(run, forgets=True)
 
 
 def _run(parsed: argparse.Namespace) -> int:
@@ -43,6 +43,8 @@ def _asked(parsed: argparse.Namespace) -> Job:
             raise InputError(f"--job: found INPUT {parsed.input} beside it; valid: one of them")
         job = jobs.read(parsed.job)
         return job if parsed.output is None else replace(job, output=parsed.output)
+    if parsed.forget is not None:
+        raise InputError("--forget: found no --job, whose options it is for; valid: leave it out")
     if parsed.input is None or parsed.output is None:
         raise InputError("run needs INPUT and -o OUT, or --job FILE; `simrecon run -h` shows what is valid")
     return Job(parsed.input, parsed.output)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,15 @@ from simrecon.io import tables
 from simrecon.io.values import members
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
+
+_BELONG = {"camera": ("camera_name",), "keypoints": ("keypoints_person",)}
+"""Options that say more of the value of another one."""
+_INSTEAD = {
+    "camera": ("fov_deg", "unknown_camera"),
+    "fov_deg": ("camera", "unknown_camera"),
+    "unknown_camera": ("camera", "fov_deg"),
+}
+"""Options that exclude each other."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +93,24 @@ def options() -> Iterator[Option]:
                 yield Option(key, section)
 
 
+def over(before: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Options by name with others put over them, which take the place of those that they exclude."""
+    gone = _excluded(given)
+    return {name: value for name, value in before.items() if name not in gone} | dict(given)
+
+
+def defaults(names: Collection[str]) -> dict[str, Any]:
+    """The options of these names, and those that belong to them, as they are where nobody gives them."""
+    known = {option.name: option.key.default for option in options()}
+    return {name: known[name] for name in {*names, *_belonging(names)}}
+
+
 def with_options(job: Job, values: Mapping[str, Any]) -> Job:
-    """The job with some of its options changed, by name."""
+    """The job with some of its options changed, by name.
+
+    Options that they exclude no longer hold, nor what was said of the file that another one replaces.
+    """
+    values = {**defaults(_excluded(values) | _belonging(values)), **values}
     own: dict[str, dict[str, Any]] = {"": {}, "reading": {}, "person": {}}
     for option in options():
         if option.name in values:
@@ -96,3 +121,14 @@ def with_options(job: Job, values: Mapping[str, Any]) -> Job:
         person=dataclasses.replace(job.person, **own["person"]),
         **own[""],
     )
+
+
+def _excluded(given: Mapping[str, Any]) -> set[str]:
+    """Names of the options that others exclude, and of those that belong to them."""
+    names = {name for name, value in given.items() if value is not None and value is not False}
+    excluded = {other for name in names for other in _INSTEAD.get(name, ())}
+    return (excluded | _belonging(excluded)) - names
+
+
+def _belonging(names: Iterable[str]) -> set[str]:
+    return {other for name in names for other in _BELONG.get(name, ())}

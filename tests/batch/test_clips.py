@@ -152,6 +152,23 @@ def test_nothing_found_is_an_error(tmp_path: Path) -> None:
         clips.collect([str(tmp_path)])
 
 
+def test_what_a_clip_says_replaces_what_it_excludes(tmp_path: Path) -> None:
+    touch(tmp_path, "a.npz", "b.npz", "lens.toml", "own.toml")
+    text = """[defaults]
+    camera_name = "left"
+    [[clip]]
+    input = "a.npz"
+    fov_deg = 50.0
+    [[clip]]
+    input = "b.npz"
+    camera = "own.toml"
+    """
+    (tmp_path / "night.toml").write_text(text, encoding="utf-8")
+    a, b = clips.collect([str(tmp_path / "night.toml")], {"camera": str(tmp_path / "lens.toml")})
+    assert a.options == {"fov_deg": 50.0}
+    assert b.options == {"camera": str(tmp_path / "own.toml"), "camera_name": "left"}
+
+
 def test_what_is_said_of_all_clips_is_for_those_for_which_it_has_a_meaning(tmp_path: Path) -> None:
     example = resources.folder("example")
     both = [str(example / "beam.npz"), str(example / "beam.mp4")]

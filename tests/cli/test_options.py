@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -14,8 +15,8 @@ from simrecon.cli import options
 from simrecon.errors import InputError
 from simrecon.job import Job, Person, Reading, text
 
-OF_RUN_ALONE = {"--job", "-o"}
-"""Options of `run` that say where a single result goes, and from where the job is read."""
+OF_RUN_ALONE = {"--job", "--forget", "-o"}
+"""Options of `run` that say where a single result goes, and from where and how the job is read."""
 
 
 def flags(command: str) -> dict[str, argparse.Action]:
@@ -94,6 +95,46 @@ def test_what_is_not_given_stays() -> None:
     assert after.reading == Reading(fps=25.0, up="z")
     assert after.person == Person(betas=(1.0,), height_m=1.8)
     assert (after.plan, after.seed) == (before.plan, 3)
+
+
+FILMED = Reading(camera="lens.toml", camera_name="left", size_px=(640, 480), ignore=("joints",))
+BLIND = Reading(unknown_camera=True, keypoints="points.json", keypoints_person="2")
+
+
+@pytest.mark.parametrize(
+    ("before", "words", "after"),
+    [
+        (FILMED, ["--fov", "50"], Reading(fov_deg=50.0, size_px=(640, 480), ignore=("joints",))),
+        (FILMED, ["--camera", "b.toml"], replace(FILMED, camera="b.toml", camera_name=None)),
+        (FILMED, ["--unknown-camera", "--forget", "ignore,size"], Reading(unknown_camera=True)),
+        (FILMED, ["--forget", "camera,size_px"], Reading(ignore=("joints",))),
+        (FILMED, ["--forget", "ignore", "--ignore", "keypoints"], replace(FILMED, ignore=("keypoints",))),
+        (BLIND, ["--fov", "50"], replace(BLIND, unknown_camera=False, fov_deg=50.0)),
+        (BLIND, ["--keypoints", "b.json"], Reading(unknown_camera=True, keypoints="b.json")),
+        (BLIND, ["--forget", "keypoints,unknown-camera"], Reading()),
+    ],
+)
+@pytest.mark.parametrize("command", [["rerun", "out"], ["run", "--job", "job.toml"]])
+def test_what_is_newly_given_replaces_what_excludes_it(
+    before: Reading, words: list[str], after: Reading, command: list[str]
+) -> None:
+    parsed = cli._parser().parse_args([*command, *words])
+    job = options.apply(parsed, Job("clip.npz", "out", reading=before, detected="kept.npz"))
+    assert job.reading == after
+    assert (job.detected is None) == (words[:2] != ["--forget", "ignore"])
+
+
+def test_options_that_are_newly_given_both_are_refused_later() -> None:
+    parsed = cli._parser().parse_args(["rerun", "out", "--fov", "50", "--camera", "lens.toml"])
+    reading = options.apply(parsed, Job("clip.npz", "out")).reading
+    assert (reading.fov_deg, reading.camera) == (50.0, "lens.toml")
+
+
+def test_only_options_of_an_earlier_job_are_forgotten(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["rerun", "out", "--forget", "ignor"]) == 2
+    assert "found 'ignor', did you mean 'ignore'?; valid: " in capsys.readouterr().err
+    assert cli.main(["run", "clip.npz", "-o", "out", "--forget", "ignore"]) == 2
+    assert "--forget: found no --job" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
