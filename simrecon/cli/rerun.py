@@ -12,7 +12,7 @@ from simrecon import results
 from simrecon.cli import arguments, options
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
-from simrecon.job import Job, request
+from simrecon.job import Job, inputs, request
 from simrecon.results import Result
 from simrecon.results.folder import MOTION
 from simrecon.types import Scene
@@ -39,8 +39,7 @@ def _rerun(parsed: argparse.Namespace) -> int:
     job = replace(recalled(result), output=parsed.output)
     again = options.apply(parsed, job)
     if parsed.input is not None:
-        name = "input" if again.detected is None else "detected"
-        again = request.moved(again, name, parsed.input)
+        again = _moved(again, parsed.input)
     _check_there(again, parsed.result)
     if again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
@@ -66,7 +65,18 @@ def _scene(result: Result) -> Scene:
     return replace(scene, ground=replace(scene.ground, height_m=height_m))
 
 
+def _moved(job: Job, path: str) -> Job:
+    """The job with its input in another place: a video, or else the landmarks that were kept of it.
+
+    Landmarks that are lost are found anew in the video.
+    """
+    if job.detected is None or not inputs.is_video(replace(job, input=path)):
+        return request.moved(job, "input" if job.detected is None else "detected", path)
+    kept = job.detected if Path(job.detected).exists() else None
+    return replace(request.moved(job, "input", path), detected=kept)
+
+
 def _check_there(job: Job, result: str) -> None:
-    source = job.detected or job.input
-    if not Path(source).exists():
-        raise InputError(f"{source}: the evidence of {result} is not there; --input says where it is")
+    for source in filter(None, (job.detected, job.input)):
+        if not Path(source).exists():
+            raise InputError(f"{source}: the evidence of {result} is not there; --input says where it is")

@@ -17,6 +17,7 @@ from simrecon.errors import InputError
 from simrecon.job import Job, Person, Reading, request
 from simrecon.pipeline import Reconstruction
 from simrecon.types import Ground, Scene
+from tests.support import video_files
 from tests.support.runs import job_of
 
 
@@ -68,6 +69,31 @@ def test_the_same_reading_keeps_the_landmarks_unless_it_names_a_file(
         cli.main([*_words("run", out), *more])
     assert asked[0].detected == str(Path("kept.npz").resolve())
     assert (asked[1].reading.camera, asked[1].detected) == (camera, None)
+
+
+def test_a_video_that_was_moved_is_named_with_input(
+    run: Reconstruction, tmp_path: Path, asked: list[Job], capsys: pytest.CaptureFixture[str]
+) -> None:
+    video = video_files.write(tmp_path / "clip.mp4", [video_files.scene([], (640, 480))] * 10)
+    kept, out, place = tmp_path / "out.evidence.npz", tmp_path / "out", tmp_path / "films" / "clip.mp4"
+    kept.write_bytes(b"landmarks")
+    job = job_of(out, input=str(video), detected=str(kept))
+    results.write(replace(job, sha256=request.hashes(job)), run)
+    place.parent.mkdir()
+    video.rename(place)
+    words = ["rerun", str(out), "-o", str(tmp_path / "again")]
+    assert cli.main(words) == 2
+    assert f"{video}: the evidence of {out} is not there; --input says" in capsys.readouterr().err
+    cli.main([*words, "--input", str(place)])
+    cli.main([*words, "--input", str(place), "--fov", "40"])
+    moved, anew = asked
+    assert (moved.input, moved.detected, request.changed(moved)) == (str(place), str(kept), ())
+    assert (anew.input, anew.detected) == (str(place), None)
+    place.write_bytes(place.read_bytes() + b" ")
+    assert request.changed(moved) == (str(place),)
+    kept.unlink()
+    cli.main([*words, "--input", str(place)])
+    assert asked[2].detected is None
 
 
 @pytest.mark.parametrize("command", ["run", "rerun"])
