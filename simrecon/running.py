@@ -140,20 +140,24 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
     if job.retarget:
         return _retargeted(job, observer)
     shown, shape = inputs.background(job), inputs.shape_of(job.person)
-    seen = inputs.observe(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
+    seen = inputs.seen(job, partial(observer.stage, f"landmarks of {Path(job.input).name}"))
     for row, line in enumerate(seen.reading.splitlines()):
         observer.note(line if row else f"read as {line}")
     landmarks = None
     if job.detected is None and inputs.is_video(job):
         landmarks = scratch / "evidence.npz"
         job, seen = _kept(job, seen, landmarks)
+    seen = inputs.told(job, seen)
     if shown is not None:
         overlay.check_video(shown, seen)
     return _Sources(job, seen, shape, landmarks=landmarks)
 
 
 def _kept(job: Job, seen: Evidence, path: Path) -> tuple[Job, Evidence]:
-    """A video's evidence as a file, from which the run goes on, so that a rerun begins with the same bits."""
+    """A video's evidence as a file, from which the run goes on, so that a rerun begins with the same bits.
+
+    It holds what was seen, not what the job says of it: a rerun may say something else.
+    """
     readers.write(path, seen)
     return replace(job, detected=str(path)), replace(readers.read(path), reading=seen.reading)
 

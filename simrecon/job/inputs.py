@@ -34,7 +34,7 @@ def is_video(job: Job) -> bool:
 
 
 def observe(job: Job, progress: Progress | None = None) -> Evidence:
-    """Read and check the evidence of a job.
+    """Read and check the evidence of a job: `told` of what is `seen`.
 
     Args:
         job: what to do.
@@ -43,15 +43,41 @@ def observe(job: Job, progress: Progress | None = None) -> Evidence:
     Raises:
         InputError: a file can't be used, or options that exclude each other stand side by side.
     """
-    source = job.input if job.detected is None else job.detected
-    seen = _read(job, progress) if job.detected is None else readers.read(source)
-    readers.check_names(seen, names.valid_names(), source)
-    seen = without(seen, job.reading.ignore, source)
+    return told(job, seen(job, progress))
+
+
+def seen(job: Job, progress: Progress | None = None) -> Evidence:
+    """What the files hold, as the job says that they are to be read.
+
+    Args:
+        job: what to do.
+        progress: of the detection in a video.
+
+    Raises:
+        InputError: a file can't be used, or options that exclude each other stand side by side.
+    """
+    evidence = _read(job, progress) if job.detected is None else readers.read(job.detected)
+    readers.check_names(evidence, names.valid_names(), _source(job))
+    return evidence
+
+
+def told(job: Job, evidence: Evidence) -> Evidence:
+    """Evidence with what the job says of the person and of its worth, without what it leaves out.
+
+    Raises:
+        InputError: nothing is left, or it can't be worth that.
+    """
+    evidence, person = without(evidence, job.reading.ignore, _source(job)), job.person
     if job.reading.trust is not None:
         trust.parse(job.reading.trust, "--trust")
-        seen = replace(seen, trust=job.reading.trust)
-    person = job.person
-    return replace(seen, height_m=person.height_m or seen.height_m, mass_kg=person.mass_kg or seen.mass_kg)
+        evidence = replace(evidence, trust=job.reading.trust)
+    height_m, mass_kg = person.height_m or evidence.height_m, person.mass_kg or evidence.mass_kg
+    return replace(evidence, height_m=height_m, mass_kg=mass_kg)
+
+
+def _source(job: Job) -> str:
+    """The file that holds the evidence."""
+    return job.input if job.detected is None else job.detected
 
 
 def shape_of(person: Person) -> ShapeRequest | None:

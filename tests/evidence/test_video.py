@@ -308,6 +308,28 @@ def test_the_evidence_of_a_video_is_kept_beside_its_result(
 
 
 @fake
+def test_what_was_said_of_a_video_can_be_taken_back_without_looking_at_it_again(
+    clip: Path, tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passed: list[Evidence] = []
+
+    def stand_in(seen: Evidence, *_: object) -> Any:
+        passed.append(seen)
+        return run
+
+    monkeypatch.setattr(running, "reconstruct", stand_in)
+    out, again = str(tmp_path / "out"), str(tmp_path / "again")
+    said = ["--ignore", "joints", "--height-m", "1.8", "--trust", "world"]
+    assert cli.main(["run", str(clip), "-o", out, "--fov", "56", *said]) == 0
+    assert cli.main(["rerun", out, "-o", again, "--forget", "ignore,height-m,trust"]) == 0
+    before, after = passed
+    assert (before.joint_names, before.height_m, before.trust) == ((), 1.8, "world")
+    assert after.joint_names
+    assert (after.height_m, after.trust) == (None, "")
+    assert job.read(tmp_path / "again" / "job.toml").detected == str(tmp_path / "out.evidence.npz")
+
+
+@fake
 def test_what_is_wrong_with_a_job_is_found_before_the_video_is_looked_at(
     clip: Path, network: Loaded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
