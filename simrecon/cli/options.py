@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -101,7 +102,8 @@ def given(parsed: argparse.Namespace) -> dict[str, Any]:
 def apply(parsed: argparse.Namespace, job: Job) -> Job:
     """The job with all that was given on the command line; files that were named are taken as they are now.
 
-    Landmarks of a video are found anew if they are to be read in another way.
+    Landmarks of a video are found anew if they are to be read in another way, and a motion that begins at
+    another time is no start.
 
     Raises:
         InputError: there is no such plan, or the scene can't be read.
@@ -119,6 +121,9 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     again = with_options(replace(job, **changes), values)
     if _FILES & set(said) or _detected_by(job) != _detected_by(again):
         again = replace(again, detected=None)
+    if again.start is not None and again.reading.from_s != job.reading.from_s:
+        print("another --from than before: begins with the kinematic fit", file=sys.stderr)
+        again = replace(again, start=None)
     meshes = () if parsed.scene is None else request.meshes_of(again)
     return request.taken_anew(again, (*values, *meshes))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,9 +40,6 @@ def _rerun(parsed: argparse.Namespace) -> int:
     if parsed.input is not None:
         again = _moved(again, parsed.input)
     _check_there(again, parsed.result)
-    if again.reading.from_s != job.reading.from_s:
-        print("another --from than before: begins with the kinematic fit", file=sys.stderr)
-        again = replace(again, start=None)
     return execute(again, parsed)
 
 

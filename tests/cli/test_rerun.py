@@ -142,14 +142,21 @@ def test_a_floor_that_was_estimated_is_not_taken_for_given(
     assert asked[0].scene.ground.height_m == recalled_m
 
 
+@pytest.mark.parametrize("command", ["run", "rerun"])
 def test_a_motion_does_not_start_another_part_of_the_clip(
-    run: Reconstruction, tmp_path: Path, asked: list[Job], capsys: pytest.CaptureFixture[str]
+    command: str,
+    run: Reconstruction,
+    tmp_path: Path,
+    asked: list[Job],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    out = tmp_path / "out"
-    results.write(job_of(out, input=str(out / "motion.npz")), run)
+    first, out = tmp_path / "first", tmp_path / "out"
+    results.write(job_of(first), run)
+    results.write(job_of(out, input=str(out / "motion.npz"), start=str(first / "motion.npz")), run)
     for words in (["--to", "0.2"], ["--from", "0.1"]):
-        cli.main(["rerun", str(out), "-o", str(tmp_path / "again"), *words])
-    assert [job.start for job in asked] == [str(out / "motion.npz"), None]
+        cli.main([*_words(command, out), *words])
+    start = str(out / ("motion.npz" if command == "rerun" else "start.npz"))
+    assert [job.start for job in asked] == [start, None]
     assert "another --from than before: begins with the kinematic fit" in capsys.readouterr().err
     later = replace(run.motion, times_s=run.motion.times_s + 0.1)
     with pytest.raises(InputError, match=r"begins at 0.1 s; valid: one that begins with the clip, at 0 s"):
