@@ -149,7 +149,7 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
         job, seen = _kept(job, seen, landmarks)
     seen = inputs.told(job, seen)
     if shown is not None:
-        overlay.check_video(shown, seen)
+        overlay.check_video(shown, seen, job.reading.rotate or 0)
     return _Sources(job, seen, shape, landmarks=landmarks)
 
 

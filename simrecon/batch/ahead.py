@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simrecon.batch import cluster, forecast, journal
+from simrecon.batch import cluster, failures, forecast, journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.forecast import Cost
@@ -67,8 +67,14 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
             if row["plan_key"] not in groups:
                 shown = by_name[row["name"]]
                 say(f"measuring plan {Path(shown.plan).stem} on a piece of {shown.name}")
-                groups[row["plan_key"]] = (_measured(workers, shown, min(count, cores)), [])
+                try:
+                    cost = _measured(workers, shown, min(count, cores))
+                except Exception as error:  # of this clip, whatever it is; the next one may be measured
+                    failed[shown.name] = failures.failure(shown.name, error)["message"]
+                    continue
+                groups[row["plan_key"]] = (cost, [])
             groups[row["plan_key"]][1].append(row)
+        rows = [row for row in rows if row["name"] not in failed]
     seconds, wall_s, size = forecast.total(groups, count, cores)
     rates = {}
     for _, inside in groups.values():

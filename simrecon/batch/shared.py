@@ -10,7 +10,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import applicable, formats
 from simrecon.job.text import options
 
-_FIELDS = {"person_at_px": "person_at"}
+_FIELDS = {"person_at_px": "person_at", "rotate": "turn_deg"}
 """Options of a job that have another name for the readers."""
 _BESIDE = {
     "keypoints_person": ("keypoints",),
@@ -55,7 +55,7 @@ def _taken(paths: list[str], format_name: str | None) -> set[str]:
     try:
         first = set(applicable.TAKES[formats.format_of(paths[0], format_name)])
         for path in paths[1:]:
-            first |= set(applicable.OF_VIDEOS) & set(applicable.TAKES[formats.format_of(path)])
+            first |= set(applicable.OF_SECOND) & set(applicable.TAKES[formats.format_of(path)])
     except InputError:  # said when its turn comes
         return set(applicable.FLAGS)
     return first

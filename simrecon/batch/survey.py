@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from simrecon import evidence, schedule
@@ -19,7 +18,8 @@ from simrecon.batch.failures import failure
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.evidence import cut, cutting
-from simrecon.evidence.video import weights
+from simrecon.evidence.video import frames, weights
+from simrecon.io.messages import counted
 from simrecon.io.provenance import code_digest, digest_of, file_digest
 from simrecon.job import Job, Reading, inputs
 from simrecon.results.folder import MOTION
@@ -34,16 +34,14 @@ def _times_s(job: Job) -> Array:
     if not inputs.is_video(job):
         seen = inputs.observe(job)
         if video is not None:
-            overlay.check_video(video, seen)
+            overlay.check_video(video, seen, job.reading.rotate or 0)
         return evidence.resample(seen)[0].times_s
-    capture = cv2.VideoCapture(job.input)
-    try:
-        count, rate = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
-    finally:
-        capture.release()
-    if count < 2 or rate <= 0:
-        raise InputError(f"{job.input}: found {count:.0f} frames at {rate:g} Hz; valid: a whole video")
-    times: Array = np.arange(int(count)) / (job.reading.fps or rate)
+    info = frames.probe(Path(job.input))
+    rate = job.reading.fps or info.rate_hz
+    if info.count < cutting.LEAST_FRAMES or rate is None:
+        found = f"{counted(info.count, 'frame')} at {rate or 0:g} Hz"
+        raise InputError(f"{job.input}: found {found}, as it says; valid: a video that says both")
+    times: Array = np.arange(info.count) / rate
     span = inputs.span(job.reading)
     return times if span.is_all else np.asarray(times[cutting.frames(times, span, job.input)])
 

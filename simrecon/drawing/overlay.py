@@ -27,12 +27,13 @@ __all__ = ["Clip", "check_video", "contact_sheet", "render", "sheet", "write"]
 _SHEET_FRAMES, _SHEET_TILE_PX, _SHEET_ASPECT = 12, 300, 1.7
 
 
-def check_video(video_path: Path | str, evidence: Evidence) -> None:
+def check_video(video_path: Path | str, evidence: Evidence, turn_deg: int = 0) -> None:
     """Check, before any long work, that a video can be drawn on.
 
     Args:
         video_path: of the video.
         evidence: at whose times its frames are taken.
+        turn_deg: by which they are turned clockwise, beside what the file says.
 
     Raises:
         InputError: the video can't be read, ends too early or has another shape than the camera's image; or
@@ -41,17 +42,18 @@ def check_video(video_path: Path | str, evidence: Evidence) -> None:
     camera = evidence.camera
     if camera is None:
         raise InputError(f"{video_path}: cannot be drawn on, for the evidence has no camera (camera_K)")
-    with contextlib.closing(video.frames(video_path, evidence.times_s, evidence.part)) as frames:
+    with contextlib.closing(video.frames(video_path, evidence.times_s, evidence.part, turn_deg)) as frames:
         _check_shape(next(frames), camera)
 
 
-def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None) -> Path:
+def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None, turn_deg: int = 0) -> Path:
     """Write `overlay.mp4`, or `overlay.png` where there is no video or the camera is not known.
 
     Args:
         folder: of the result; must be there.
         clip: what to draw.
         video_path: what to draw on; frames are taken at the clip's times.
+        turn_deg: by which they are turned clockwise, beside what the file says.
 
     Returns:
         The file written.
@@ -62,7 +64,7 @@ def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None) 
     """
     if video_path is not None and has_view(clip.camera):
         path = Path(folder) / "overlay.mp4"
-        frames = render(clip, video.frames(video_path, clip.times_s, clip.part))
+        frames = render(clip, video.frames(video_path, clip.times_s, clip.part, turn_deg))
         video.write_video(path, frames, video.rate_hz(clip.times_s))
         return path
     path = Path(folder) / "overlay.png"

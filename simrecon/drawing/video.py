@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Generator, Iterable
 from pathlib import Path
 
@@ -11,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.evidence.video import opening
+from simrecon.evidence.video.opening import Form
 from simrecon.io import atomic
 from simrecon.io.messages import counted
 from simrecon.types import Array, IntArray, Part
 
 Image = NDArray[np.uint8]
-
-# FFmpeg, within OpenCV, would write lines of its own beside our errors; it looks at this when first used.
-os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 
 def rate_hz(times_s: Array) -> float:
@@ -26,16 +24,18 @@ def rate_hz(times_s: Array) -> float:
     return float((len(times_s) - 1) / (times_s[-1] - times_s[0])) if len(times_s) > 1 else 30.0
 
 
-def check_video(path: Path | str, times_s: Array, part: Part | None = None) -> None:
+def check_video(path: Path | str, times_s: Array) -> None:
     """Check that a video can be opened and reaches to the last of (T,) times; see `frames`.
 
     Raises:
         InputError: it can't or doesn't.
     """
-    _open(path, times_s, part)[0].release()
+    _open(path, times_s, None)[0].release()
 
 
-def frames(path: Path | str, times_s: Array, part: Part | None = None) -> Generator[Image, None, None]:
+def frames(
+    path: Path | str, times_s: Array, part: Part | None = None, turn_deg: int = 0
+) -> Generator[Image, None, None]:
     """Frames of a video at given times.
 
     Where the video has as many frames as there are times, or as the source that they are a part of, they are
@@ -45,15 +45,16 @@ def frames(path: Path | str, times_s: Array, part: Part | None = None) -> Genera
         path: of the video.
         times_s: (T,) increasing, from the start of the video.
         part: which frames of their source these times are of; None: all.
+        turn_deg: by which images are turned clockwise, beside what the file says.
 
     Returns:
-        T images (H, W, 3), blue green red, upright.
+        T images (H, W, 3), blue green red, upright, with square pixels.
 
     Raises:
         InputError: the video can't be opened, or ends too early; the first is found at once.
     """
     capture, indices = _open(path, times_s, part)
-    return _decode(path, capture, indices)
+    return _decode(path, capture, indices, opening.form(capture, turn_deg))
 
 
 def write_video(path: Path | str, images: Iterable[Image], fps: float) -> None:
@@ -101,13 +102,7 @@ def write_image(path: Path | str, image: Image) -> None:
 
 def _open(path: Path | str, times_s: Array, part: Part | None) -> tuple[cv2.VideoCapture, IntArray]:
     """The open video and the indices (T,) of its frames at the times."""
-    if not Path(path).is_file():
-        raise InputError(f"{path}: there is no such video")
-    capture = cv2.VideoCapture(str(path))
-    if not capture.isOpened():
-        raise InputError(
-            f"{path}: cannot be opened as a video; valid: a format that OpenCV reads, such as .mp4"
-        )
+    capture = opening.open_video(Path(path))
     count, fps = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), capture.get(cv2.CAP_PROP_FPS)
     rows = np.arange(len(times_s)) if part is None else part.first + part.every * np.arange(len(times_s))
     whole = len(times_s) if part is None else part.count
@@ -119,7 +114,9 @@ def _open(path: Path | str, times_s: Array, part: Part | None) -> tuple[cv2.Vide
     return capture, indices
 
 
-def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> Generator[Image, None, None]:
+def _decode(
+    path: Path | str, capture: cv2.VideoCapture, indices: IntArray, form: Form
+) -> Generator[Image, None, None]:
     position, image = -1, None
     try:
         for index in indices:
@@ -129,7 +126,7 @@ def _decode(path: Path | str, capture: cv2.VideoCapture, indices: IntArray) -> G
                     raise InputError(_too_short(path, position + 1, int(indices[-1]) + 1))
                 position += 1
             if image is not None:
-                yield image.astype(np.uint8, copy=False)
+                yield form.upright(image.astype(np.uint8, copy=False))
     finally:
         capture.release()
 

@@ -8,7 +8,7 @@ from simrecon.evaluation.comparison import Comparison
 from simrecon.evaluation.configurations import FEET
 from simrecon.metrics import dynamics
 from simrecon.metrics.contact import Flags
-from simrecon.metrics.filters import low_pass
+from simrecon.metrics.filters import low_pass, possible_hz
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores, of_frames
 from simrecon.metrics.truth import Plates
@@ -66,9 +66,10 @@ def filtered(
         measured: (T, 2, 3) N.
         known: (T,) frames that count.
         interval_s: between frames.
-        cutoff_hz: of the filter.
+        cutoff_hz: of the filter, less where the frame rate does not allow it (`filters.possible_hz`).
         mass_kg: of the person.
     """
+    cutoff_hz = possible_hz(cutoff_hz, interval_s)
     a, b = (dynamics.body_weight_pct(low_pass(x, interval_s, cutoff_hz), mass_kg) for x in (feet, measured))
     whole, plate = a.sum(1), b.sum(1)  # (T, 3)
     error = whole - plate
@@ -85,7 +86,11 @@ def filtered(
             "plate_left_mae_pct": of_frames(np.abs((a - b)[:, 0, 2]), flag),
             "plate_right_mae_pct": of_frames(np.abs((a - b)[:, 1, 2]), flag),
         },
-        {"plate_vertical_corr": correlation, "plate_peak_error_pct": peak},
+        {
+            "plate_vertical_corr": correlation,
+            "plate_peak_error_pct": peak,
+            "plate_cutoff_hz": cutoff_hz,
+        },
     )
 
 

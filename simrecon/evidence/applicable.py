@@ -15,23 +15,27 @@ FLAGS = {
     "joints": "--joints",
     "points": "--points",
     "layout": "--layout",
+    "turn_deg": "--rotate",
 }
 """Fields of `Options` that have a meaning for some formats only."""
 OF_VIDEOS = ("person_at", "model")
-_PLAIN, _PEOPLE, _MARKERS = ("up", "frame"), ("person",), ("up", "unit")
+OF_SECOND = (*OF_VIDEOS, "turn_deg")
+"""Those that may be meant for a second file beside the input, whose landmarks are in an image."""
+_PLAIN, _PEOPLE, _MARKERS, _IMAGE = ("up", "frame"), ("person",), ("up", "unit"), ("turn_deg",)
 TAKES: dict[str, tuple[str, ...]] = {
-    "evidence": (),
-    **dict.fromkeys(("gvhmr", "gem", "tram", "amass", "smpl"), _PLAIN),
-    **dict.fromkeys(("wham", "prompthmr"), (*_PLAIN, *_PEOPLE)),
-    **dict.fromkeys(("phalp", "sam3d", "deeplabcut"), _PEOPLE),
-    **dict.fromkeys(("openpose", "alphapose", "coco"), (*_PEOPLE, "layout")),
-    **dict.fromkeys(("mmpose", "array"), (*_PEOPLE, *_MARKERS, "layout")),
-    **dict.fromkeys(("vitpose", "mediapipe"), _PEOPLE),
+    "evidence": _IMAGE,
+    **dict.fromkeys(("gvhmr", "gem", "tram"), (*_PLAIN, *_IMAGE)),
+    **dict.fromkeys(("amass", "smpl"), _PLAIN),
+    **dict.fromkeys(("wham", "prompthmr"), (*_PLAIN, *_PEOPLE, *_IMAGE)),
+    **dict.fromkeys(("phalp", "sam3d", "deeplabcut"), (*_PEOPLE, *_IMAGE)),
+    **dict.fromkeys(("openpose", "alphapose", "coco"), (*_PEOPLE, "layout", *_IMAGE)),
+    **dict.fromkeys(("mmpose", "array"), (*_PEOPLE, *_MARKERS, "layout", *_IMAGE)),
+    **dict.fromkeys(("vitpose", "mediapipe"), (*_PEOPLE, *_IMAGE)),
     "freemocap": _MARKERS,
     "bvh": (*_MARKERS, "joints"),
     **dict.fromkeys(("trc", "c3d"), (*_MARKERS, *_PEOPLE, "points")),
     "mot": tuple(FLAGS),  # refused whatever is said of it
-    "video": (*_PEOPLE, *OF_VIDEOS),
+    "video": (*_PEOPLE, *OF_VIDEOS, *_IMAGE),
 }
 """Those of `FLAGS` that the reader of a format looks at, by the name of the format."""
 
@@ -58,7 +62,7 @@ def refuse(
     """
     usable = set(TAKES[format_name])
     if other is not None:
-        usable |= set(OF_VIDEOS) & set(TAKES[other])
+        usable |= set(OF_SECOND) & set(TAKES[other])
     if options.camera is not None and options.camera.path is not None:
         usable.add("up")  # of the world in which --camera has its place
     for name, flag in FLAGS.items():

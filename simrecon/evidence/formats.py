@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simrecon.errors import InputError
-from simrecon.evidence import applicable, cutting, joining, npz, own, plausible
+from simrecon.evidence import applicable, cutting, joining, npz, own, plausible, upright
 from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import (
     array,
@@ -138,6 +138,26 @@ def format_of(path: str | os.PathLike[str], name: str | None = None) -> str:
 
 
 def _read(content: Content, reader: Reader, options: Options) -> Evidence:
+    """The evidence of a file; that of an image which the user turns is of the upright one."""
+    turn, aspect = options.turn_deg or 0, options.aspect
+    as_stored = reader.name != "video" and "turn_deg" in applicable.TAKES[reader.name]
+    if not as_stored or (turn, aspect) == (0, 1.0):
+        return _as_it_is(content, reader, options)
+    if options.camera is not None:
+        options = replace(options, camera=upright.stored(options.camera, turn, aspect))
+    seen = upright.upright(_as_it_is(content, reader, options), turn, aspect)
+    notes = [f"turned by {turn}°"] if turn else []
+    notes += [f"pixels {aspect:.4g} times as wide as high made square"] if aspect != 1.0 else []
+    return _noted(seen, ", ".join(notes))
+
+
+def _noted(seen: Evidence, note: str) -> Evidence:
+    """Evidence with a word more in the first line of its reading."""
+    first, *others = (seen.reading or joining.OWN).splitlines()
+    return replace(seen, reading="\n".join((f"{first}; {note}", *others))) if note else seen
+
+
+def _as_it_is(content: Content, reader: Reader, options: Options) -> Evidence:
     try:
         evidence = reader.read(content, options)
     except _MISFITS as error:
@@ -156,10 +176,7 @@ def _part(evidence: Evidence, content: Content, options: Options) -> Evidence:
     """The part that is asked for; a video is cut while it is looked at."""
     if content.kind != "video":
         evidence = cutting.within(evidence, options.span, content.source)
-    if not (told := cutting.told(evidence)):
-        return evidence
-    first, *others = (evidence.reading or joining.OWN).splitlines()
-    return replace(evidence, reading="\n".join((f"{first}; {told}", *others)))
+    return _noted(evidence, cutting.told(evidence))
 
 
 def _reader(content: Content, name: str | None) -> Reader:

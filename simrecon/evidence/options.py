@@ -38,6 +38,10 @@ class Options:
         lens: where that is from, for the reading.
         person_at: a place in the image, x and y in pixels, where the person is; for videos.
         model: of the pose network, for videos; the best one that is there if None.
+        turn_deg: by which the image is turned clockwise to be upright; lens, size and place in the image that
+            the user gives are of the upright one.
+        aspect: width of a pixel over its height in the image of landmarks; those of a video are found in one
+            with square pixels.
         span: which part of the file is asked for, in the times that its frames have under these options.
         progress: told how many frames of a video are done, and how many there are.
     """
@@ -57,6 +61,8 @@ class Options:
     lens: str = "as given"
     person_at: tuple[float, float] | None = None
     model: str | None = None
+    turn_deg: int | None = None
+    aspect: float = 1.0
     span: Span = WHOLE
     progress: Callable[[float, float], None] | None = None
 

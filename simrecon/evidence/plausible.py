@@ -14,6 +14,7 @@ from simrecon import body as bodies
 from simrecon import trust
 from simrecon.body import names
 from simrecon.errors import InputError
+from simrecon.evidence.keypoints import pixels
 from simrecon.types import Array, Evidence
 
 STATURE_M = (0.4, 2.6)
@@ -25,6 +26,8 @@ ACCELERATION_MPS2 = 80.0
 """Of the hips over `ACCELERATION_S`; who lands from 2 m and stops within that has 60."""
 ACCELERATION_S = 0.1
 RATE_HZ = (12.0, 1000.0)
+ACROSS_SHARE = 0.9
+"""Someone who is not upright in more frames than this lies, or the image is turned."""
 FLOOR_M = (-0.1, 0.25)
 """Of the lowest joint of a clip of motion capture over its floor: ankles alone are 0.1 m over the sole."""
 FEET = ("ankle", "heel", "toe", "mtp")
@@ -41,7 +44,7 @@ def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evi
     Raises:
         InputError: no person has such a stature, and the source is one that knows it.
     """
-    lines = [_rate(evidence)]
+    lines = [_rate(evidence), _across(evidence)]
     if evidence.joint_names and {name.lower() for name in evidence.joint_names} <= set(names.valid_names()):
         tall = _stature(evidence)
         if tall and trust.of(evidence).metric and not unit_given:
@@ -70,6 +73,27 @@ def _rate(evidence: Evidence) -> str:
     if low <= rate <= high:
         return ""
     return f"frame rate: found {rate:.3g} Hz; valid: {low:g} to {high:g} Hz, or motion in between is lost"
+
+
+def _across(evidence: Evidence) -> str:
+    """Whether the person hardly ever stands upright in the image: they lie there, or the image is turned.
+
+    A camera whose place is known may be held in any way.
+    """
+    if not evidence.keypoint_names or (evidence.camera is not None and evidence.camera.path is not None):
+        return ""
+    up = pixels.upright(evidence.keypoints_px, evidence.keypoint_names)
+    x, y = up[np.isfinite(up).all(axis=-1)].T
+    found = {
+        90: ("lies across the image, with the head to the left", -x > np.abs(y)),
+        270: ("lies across the image, with the head to the right", x > np.abs(y)),
+        180: ("stands on the head in the image", y > np.abs(x)),
+    }
+    for turn, (how, frames) in found.items():
+        if len(frames) and frames.mean() > ACROSS_SHARE:
+            hint = f"if the video is turned, --rotate {turn} makes it upright"
+            return f"the person {how} in {frames.mean():.0%} of the frames: {hint}"
+    return ""
 
 
 def _points(evidence: Evidence, wanted: tuple[str, ...]) -> list[Array]:

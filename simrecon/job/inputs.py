@@ -14,6 +14,8 @@ from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
 from simrecon.evidence.camera import files, fov, hidden
+from simrecon.evidence.video import frames
+from simrecon.evidence.video.frames import Info
 from simrecon.geometry import camera as cameras
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
@@ -134,10 +136,9 @@ def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence
 
 def _read(job: Job, progress: Progress | None) -> Evidence:
     """Evidence of the input and of the landmarks that go with it."""
-    reading, video = job.reading, background(job)
+    reading, info = job.reading, _probe(job)
     refuse_pairs(reading)
-    rate_hz, size_px = fov.probe(video) if video is not None else (None, None)
-    size_px = _size_px(job) or size_px
+    size_px = _size_px(job) or (None if info is None else info.size_px)
     camera, source = _lens(job, size_px)
     if reading.unknown_camera and camera is None and size_px is not None:
         camera, source = hidden.usual(size_px), "unknown"
@@ -152,11 +153,13 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         points=reading.points,
         layout=reading.layout,
         fps=reading.fps,
-        video_fps=rate_hz,
+        video_fps=None if info is None else info.rate_hz,
         camera=camera,
         lens=source,
         person_at=reading.person_at_px,
         model=reading.model,
+        turn_deg=reading.rotate,
+        aspect=1.0 if info is None else _aspect(job, info),
         span=span(reading),
         progress=progress,
     )
@@ -171,12 +174,42 @@ def span(reading: Reading) -> readers.Span:
     return readers.Span(reading.from_s, reading.to_s, reading.every or 1)
 
 
+def _probe(job: Job) -> Info | None:
+    """What the input's video says: the one that is drawn on, or in which landmarks are looked for."""
+    video, keypoints = background(job), job.reading.keypoints
+    if video is None and keypoints is not None and Path(keypoints).is_file() and readers.is_video(keypoints):
+        video = keypoints
+    return None if video is None else frames.probe(Path(video), job.reading.rotate or 0)
+
+
+def _aspect(job: Job, info: Info) -> float:
+    """Width of a pixel over its height in the image of landmarks that come without the video itself.
+
+    They are of the stored image, unless the user gives its size, or evidence has another.
+
+    Raises:
+        InputError: the video is turned as well, which other programs may or may not have done.
+    """
+    form, own = info.form, readers.image_size_px(job.input)
+    if form.aspect == 1.0 or is_video(job) or job.reading.size_px is not None:
+        return 1.0
+    if form.rotation_deg % 180:
+        found = f"pixels {form.aspect:.4g} times as wide as high in a video that is turned"
+        raise InputError(f"{job.input}: found {found}; valid: --size WIDTHxHEIGHT of the landmarks' image")
+    width, height = info.size_px[::-1] if form.turn_deg % 180 else info.size_px
+    shape = width / form.aspect / height
+    is_stored = own is None or abs(own[0] / own[1] / shape - 1) < abs(own[0] / own[1] / (width / height) - 1)
+    return form.aspect if is_stored else 1.0
+
+
 def _size_px(job: Job) -> tuple[int, int] | None:
     """Image size, where it is needed for a lens: that of an evidence file, else what the user says."""
     reading = job.reading
     if (reading.fov_deg, reading.camera, reading.size_px) == (None, None, None):
         return None
     own = readers.image_size_px(job.input)
+    if own is not None and (reading.rotate or 0) % 180:
+        own = own[::-1]
     if None not in (own, reading.size_px) and own != reading.size_px:
         found, valid = ("x".join(map(str, size)) for size in (reading.size_px or (), own or ()))
         raise InputError(f"{job.input}: --size: found {found}, but the file has {valid}; valid: leave it out")
@@ -194,6 +227,8 @@ def refuse_pairs(reading: Reading) -> None:
     start, end = reading.from_s, reading.to_s
     if start is not None and end is not None and start >= end:
         raise InputError(f"--to: found {end:g} beside --from {start:g}; valid: a later time")
+    if reading.rotate is not None and reading.rotate % 90:
+        raise InputError(f"--rotate: found {reading.rotate}; valid: 90, 180 or 270, clockwise")
     lens = (reading.camera, reading.fov_deg)
     if reading.size_px is not None and lens == (None, None) and not reading.unknown_camera:
         raise InputError("--size: found no lens for it; valid: --fov, --camera or --unknown-camera beside it")

@@ -130,6 +130,12 @@ class Reading:
         text="the camera: TOML, OpenCV's YAML, or a calibration of Pose2Sim or Caliscope",
     )
     camera_name: str | None = option(None, metavar="NAME", text="which camera of that file")
+    rotate: int | None = option(
+        None,
+        bounds=(90, 270),
+        metavar="DEG",
+        text="90, 180 or 270: turns the image, and landmarks in it, clockwise [as the video says]",
+    )
     unknown_camera: bool = option(
         False,
         text="ignore what the input says of its camera: assume a usual lens, find its place from the floor",

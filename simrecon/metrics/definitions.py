@@ -104,6 +104,7 @@ PLATES = {
     "plate_horizontal_mae_pct": "horizontal components, mean absolute error, filtered",
     "plate_left_mae_pct": "vertical force of the left foot alone",
     "plate_right_mae_pct": "vertical force of the right foot alone",
+    "plate_cutoff_hz": "cut-off of the filter: of the reference, at most 80 % of half its frame rate",
     "plate_cop_mm": "mean distance of the feet's centres of pressure from those of the plates",
 }
 GROUPS = {

@@ -8,6 +8,14 @@ from scipy import signal
 from simrecon.errors import InputError
 from simrecon.types import Array
 
+NYQUIST_SHARE = 0.8
+"""Of half the sampling rate, up to which a cut-off is used: nearer to it a filter lets all pass."""
+
+
+def possible_hz(cutoff_hz: float, interval_s: float) -> float:
+    """A cut-off, or the highest one that the sampling rate allows if that is lower."""
+    return min(cutoff_hz, NYQUIST_SHARE * 0.5 / interval_s)
+
 
 def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4) -> Array:
     """Zero-lag Butterworth low-pass along the first axis, (T, ...) → (T, ...).

@@ -74,7 +74,7 @@ def write(
 def _draw(partial: Path, job: Job, run: Reconstruction) -> str | None:
     """Draw the overlay; what kept it from being drawn, or None."""
     try:
-        overlay.write(partial, clip(run), background(job))
+        overlay.write(partial, clip(run), background(job), job.reading.rotate or 0)
     except Exception as error:
         for name in folders.OVERLAYS:
             (partial / name).unlink(missing_ok=True)

@@ -32,6 +32,14 @@ def test_filtered_forces_against_plates() -> None:
     assert everywhere["plate_vertical_mae_pct"] > 25
 
 
+@pytest.mark.parametrize(("rate", "cutoff"), [(100.0, 20.0), (50.0, 20.0), (30.0, 12.0)])
+def test_the_filter_is_one_that_the_frame_rate_allows(rate: float, cutoff: float) -> None:
+    force = np.full((40, 2, 3), 0.5 * WEIGHT_N)
+    values = plates.filtered(force, force, np.ones(40, dtype=bool), 1 / rate, 20.0, MASS_KG).values
+    assert values["plate_cutoff_hz"] == pytest.approx(cutoff)
+    assert values["plate_vertical_mae_pct"] == pytest.approx(0)
+
+
 def test_means_since_the_frame_before_lie_in_the_middle() -> None:
     """A force that grows steadily, with a blow in the first frame; centres of pressure only where loaded."""
     times = np.arange(300.0) * DT

@@ -106,13 +106,18 @@ def test_doubts_about_the_image_are_said(tmp_path: Path) -> None:
 
 
 def test_a_person_who_never_stands_is_said(tmp_path: Path) -> None:
-    assert "lies across" not in read(results(tmp_path, POINTS)).reading
+    assert "makes it upright" not in read(results(tmp_path, POINTS)).reading
+    across = "lies across the image, with the head to the"
     turned = POINTS[..., ::-1]
-    assert (
-        "lies across the image in 100% of the frames" in read(results(tmp_path, turned), (1920, 1080)).reading
-    )
+    said = read(results(tmp_path, turned), (1920, 1080)).reading.splitlines()[-1]
+    hint = "if the video is turned, --rotate 90 makes it upright"
+    assert said == f"the person {across} left in 100% of the frames: {hint}"
+    right = SIZE[::-1] * [1, 0] + turned * [-1, 1]
+    assert f"{across} right" in read(results(tmp_path, right), (1920, 1080)).reading
     upside = SIZE * [0, 1] + POINTS * [1, -1]
-    assert "stands on the head in 100% of the frames: y upwards?" in read(results(tmp_path, upside)).reading
+    found = read(results(tmp_path, upside)).reading
+    assert "stands on the head in the image in 100% of the frames" in found
+    assert "--rotate 180" in found
 
 
 def test_movenets_arrays_have_y_first(tmp_path: Path) -> None:

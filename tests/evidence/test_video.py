@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, evidence, job, running
+from simrecon import cli, evidence, job, resources, running
 from simrecon.errors import InputError, SimreconError
 from simrecon.evidence import Options, Span
 from simrecon.evidence.content import open_content
@@ -23,9 +23,11 @@ from simrecon.evidence.video.tracker import Choice
 from simrecon.job import Job, inputs
 from simrecon.types import Camera, Evidence, Lens, Part
 from tests.support import video_files as files
+from tests.support.reading import observed
 from tests.support.video_files import GREEN, RED
 
 P = ParamSpec("P")
+BEAM = resources.folder("example") / "beam.npz"
 
 
 def lens(size: tuple[int, int] = (160, 120)) -> Camera:
@@ -182,7 +184,7 @@ def test_rotation_flag(tmp_path: Path) -> None:
     files.turn(path)
     info = frames.probe(path)
     assert info.size_px == (120, 160)
-    assert info.rotation_deg in (90, 270)
+    assert info.form.rotation_deg in (90, 270)
     image = next(frames.frames(path)).image
     assert np.abs(image.astype(int) - upright).mean() < 6
     found = evidence.read(path, Options(camera=lens((120, 160))))
@@ -236,6 +238,43 @@ def test_damaged_and_missing_videos(tmp_path: Path) -> None:
         evidence.read(path, Options(camera=lens()))
     with pytest.raises(InputError, match="there is no such video"):
         frames.probe(tmp_path / "none.mp4")
+
+
+@pytest.mark.parametrize(("kind", "name"), [(b"av01", "AV1"), (b"vvc1", "VVC")])
+def test_a_codec_that_opencv_lacks_is_named(
+    clip: Path, tmp_path: Path, kind: bytes, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files.recode(clip, kind, b"cfg ")
+    for words in ([str(clip)], [str(BEAM), "--video", str(clip)]):
+        assert cli.main(["run", *words, "-o", str(tmp_path / "out"), "--fov", "50"]) == 2
+        said = capsys.readouterr().err.strip()
+        assert f"clip.mp4: found {name}, which OpenCV cannot decode here; valid: another coding" in said
+        assert "\n" not in said
+
+
+def test_fov_does_not_hide_what_is_wrong_with_a_video(
+    clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = files.write(tmp_path / "one.mp4", [files.scene([])])
+    clip.write_bytes(clip.read_bytes()[:300])
+    for path, message in (
+        (clip, "clip.mp4: found a file that cannot be opened as a video"),
+        (one, "one.mp4: frames: found a single frame; valid: a video of two frames or more"),
+    ):
+        assert cli.main(["run", str(path), "-o", str(tmp_path / "out"), "--fov", "50"]) == 2
+        assert message in capsys.readouterr().err
+
+
+@fake
+def test_a_video_of_landmarks_gives_size_and_rate(clip: Path, tmp_path: Path) -> None:
+    estimate = evidence.read(clip, Options(camera=lens()))
+    bare = replace(estimate, keypoint_names=(), keypoints_px=np.empty((20, 0, 2)), scores=np.empty((20, 0)))
+    evidence.write(tmp_path / "estimate.npz", replace(bare, camera=None))
+    found = observed(tmp_path / "estimate.npz", "--keypoints", str(clip), "--fov", "50")
+    assert found.camera is not None
+    assert found.camera.lens.image_size_px == (160, 120)
+    with pytest.raises(InputError, match=r"--fov: found no image size; valid: --size WIDTHxHEIGHT"):
+        observed(tmp_path / "estimate.npz", "--fov", "50")
 
 
 def test_missing_weights_are_one_line_and_status_2(

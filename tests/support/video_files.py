@@ -121,6 +121,26 @@ def vary(path: Path, deltas: list[int]) -> None:
     path.write_bytes(content)
 
 
+def widen(path: Path, width: int, height: int) -> None:
+    """Write into an MP4, whose index stands at its end, that its pixels are not square."""
+    content = bytearray(path.read_bytes())
+    parents = find_box(bytes(content), b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd")
+    entry = parents[-1] + 16
+    (size,) = struct.unpack_from(">I", content, entry)
+    content[entry + size : entry + size] = struct.pack(">I4sII", 16, b"pasp", width, height)
+    for box in (*parents, entry):
+        (old,) = struct.unpack_from(">I", content, box)
+        struct.pack_into(">I", content, box, old + 16)
+    path.write_bytes(content)
+
+
+def recode(path: Path, kind: bytes, settings: bytes) -> None:
+    """Write into an MP4 of MPEG-4 that it is coded otherwise, so that no frame of it can be decoded."""
+    content = path.read_bytes()
+    assert content.count(b"mp4v") == content.count(b"esds") == 1
+    path.write_bytes(content.replace(b"mp4v", kind).replace(b"esds", settings))
+
+
 def timescale(path: Path) -> int:
     """Ticks per second of an MP4's track."""
     content = path.read_bytes()

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 
-import cv2
 import numpy as np
 
 from simrecon.errors import InputError
@@ -34,15 +32,3 @@ def pinhole(focal_px: float, size_px: tuple[int, int]) -> Camera:
     x, y = (size_px[0] - 1) / 2, (size_px[1] - 1) / 2
     matrix = np.array([[focal_px, 0.0, x], [0.0, focal_px, y], [0.0, 0.0, 1.0]])
     return Camera(Lens(matrix, np.zeros(5), size_px))
-
-
-def probe(video: str | os.PathLike[str]) -> tuple[float | None, tuple[int, int] | None]:
-    """Frame rate and size of a video, as far as it says; a video that can't be read is found later."""
-    capture = cv2.VideoCapture(os.fspath(video))
-    try:
-        rate = capture.get(cv2.CAP_PROP_FPS)
-        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-    finally:
-        capture.release()
-    low, high = RATE_RANGE_HZ
-    return (rate if low <= rate <= high else None), (size if min(size) > 0 else None)

@@ -20,8 +20,6 @@ SHARE_RANGE, SHARE_INSIDE = (-0.25, 1.25), 0.9
 # Landmarks may lie so far outside the image, as a share of it; of those with such scores so many must lie
 # inside, and usually do.
 EDGE, SCORE_SURE, INSIDE_MIN, INSIDE_USUAL = 0.02, 0.5, 0.75, 0.97
-# Someone who is not upright in more frames than this lies, or the video is turned.
-ACROSS_SHARE = 0.9
 SMALL_SHARE = 0.55
 NEEDS_SIZE = "--size WIDTHxHEIGHT with --fov or --camera, or --video, to make pixels of them"
 
@@ -77,17 +75,15 @@ def are_shares(points: Array) -> bool:
     )
 
 
-def check(content: Content, points: Array, scores: Array, names: Sequence[str], options: Options) -> str:
+def check(content: Content, points: Array, scores: Array, options: Options) -> str:
     """Doubts about where one person's landmarks (T, J, 2) with scores (T, J) lie in the image, to be said.
 
     Raises:
         InputError: they don't lie in the image that the lens is of.
     """
-    notes = [_across(points, names)]
-    if options.camera is not None:
-        sides = np.array(options.camera.lens.image_size_px, float)
-        notes.append(_place(content, points, scores, sides))
-    return "; ".join(note for note in notes if note)
+    if options.camera is None:
+        return ""
+    return _place(content, points, scores, np.array(options.camera.lens.image_size_px, float))
 
 
 def _place(content: Content, points: Array, scores: Array, sides: Array) -> str:
@@ -123,25 +119,6 @@ def _inside(values: Array, sides: Array) -> float:
 
 def _span(values: Array) -> str:
     return f"{values.min():.0f} to {values.max():.0f}"
-
-
-def _across(points: Array, names: Sequence[str]) -> str:
-    """A word on a person who never stands upright in the image."""
-    up = upright(points, names)
-    known = up[np.isfinite(up).all(axis=-1)]
-    if not len(known):
-        return ""
-    lying = float((np.abs(known[:, 0]) > np.abs(known[:, 1])).mean())
-    over = float((known[:, 1] > np.abs(known[:, 0])).mean())
-    if lying > ACROSS_SHARE:
-        return (
-            f"the person lies across the image in {lying:.0%} of the frames: a turned video, or y before x?"
-        )
-    return (
-        f"the person stands on the head in {over:.0%} of the frames: y upwards?"
-        if over > ACROSS_SHARE
-        else ""
-    )
 
 
 def upright(points: Array, names: Sequence[str]) -> Array:

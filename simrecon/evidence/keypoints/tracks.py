@@ -77,7 +77,7 @@ def of_track(
     keep = [i for i, name in enumerate(names) if name]
     points, scores, kept = points[:, keep], scores[:, keep], tuple(names[i] for i in keep)
     frames = np.array([one.frame for one in track])
-    doubts = pixels.check(content, points, scores, kept, options)
+    doubts = pixels.check(content, points, scores, options)
     parts = (f"{len(keep)} landmarks of {len(names)}", layout, notes, numbering(frames), doubts)
     return Evidence(
         times_s=frame_times(content, frames, options, stamps_s),

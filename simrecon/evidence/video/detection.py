@@ -40,11 +40,13 @@ class Look:
         choice: whom to follow.
         span: frames to look at.
         fps: frame rate that counts instead of the time stamps.
+        turn_deg: by which images are turned clockwise, beside what the file says.
     """
 
     choice: Choice = ANYBODY
     span: Span = WHOLE
     fps: float | None = None
+    turn_deg: int = 0
 
 
 def key(content_sha256: str, model: str, hashes: tuple[str, ...], look: Look) -> str:
@@ -113,13 +115,14 @@ def follow(path: Path, network: tracker.Network, look: Look, progress: Progress 
     Raises:
         InputError: as `detect`.
     """
-    info = frames.probe(path)
+    info = frames.probe(path, look.turn_deg)
     follower = Tracker(network, look.choice)
     rows, numbers, stamps, spent, regions = _Rows(), [], [], [], []
     interval = 1.0 / (info.rate_hz or 30.0)
     clock = -interval
     began = time.perf_counter()
-    for frame in frames.frames(path, look.span, fps=look.fps, interval_s=interval):
+    seen = frames.frames(path, look.span, fps=look.fps, interval_s=interval, turn_deg=look.turn_deg)
+    for frame in seen:
         _check_size(path, frame.image, info.size_px)
         clock = frame.stamp_s if frame.stamp_s > clock else clock + interval * look.span.every
         pose = follower.step(frame.image, clock)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,10 +12,9 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.evidence.cutting import WHOLE, Span
+from simrecon.evidence.video import codecs
 from simrecon.evidence.video.blazepose import Image
-
-# FFmpeg, within OpenCV, would write lines of its own beside our errors; it looks at this when first used.
-os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+from simrecon.evidence.video.opening import Form, form, open_video
 
 RATE_RANGE_HZ = (2.0, 2000.0)
 
@@ -26,47 +24,45 @@ class Info:
     """What a video says of itself.
 
     Attributes:
-        size_px: width and height of the upright image.
-        rotation_deg: by which the stored image is turned clockwise to be upright.
+        size_px: width and height of the upright image, with square pixels.
+        form: how decoded images become upright.
         rate_hz: mean frame rate, None if it says none that can be true.
         count: number of frames, 0 if it does not say.
     """
 
     size_px: tuple[int, int]
-    rotation_deg: int
+    form: Form
     rate_hz: float | None
     count: int
 
 
-def _open(path: Path) -> cv2.VideoCapture:
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such video")
-    capture = cv2.VideoCapture(str(path))
-    if not capture.isOpened():
-        raise InputError(f"{path}: cannot be opened as a video; valid: one that FFmpeg reads, such as .mp4")
-    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
-    return capture
+def probe(path: Path, turn_deg: int = 0) -> Info:
+    """Size, rate and number of frames; two of them are decoded, since containers are wrong at times.
 
-
-def probe(path: Path) -> Info:
-    """Size, rate and number of frames; one frame is decoded, since containers are wrong about sizes at times.
+    Args:
+        path: of the video.
+        turn_deg: by which the user wants it turned clockwise.
 
     Raises:
-        InputError: it can't be opened, or has no frames.
+        InputError: it can't be opened, or has fewer than two frames.
     """
-    capture = _open(path)
+    capture = open_video(path)
     try:
         rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
-        rotation = int(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+        how = form(capture, turn_deg)
         read, image = capture.read()
+        more = read and capture.grab()
     finally:
         capture.release()
     if not read:
-        raise InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
+        raise codecs.unreadable(path, "no frame that can be decoded")
+    if not more:
+        after = f" of {count:.0f}: the rest cannot be decoded" if 1 < count < 1e9 else ""
+        raise InputError(f"{path}: frames: found a single frame{after}; valid: a video of two frames or more")
     low, high = RATE_RANGE_HZ
     known = rate if np.isfinite(rate) and low <= rate <= high else None
     count = int(count) if np.isfinite(count) and 0 < count < 1e9 else 0
-    return Info((image.shape[1], image.shape[0]), rotation, known, count)
+    return Info(how.size_px(image.shape[1], image.shape[0]), how, known, count)
 
 
 @dataclass(frozen=True)
@@ -85,7 +81,12 @@ class Frame:
 
 
 def frames(
-    path: Path, span: Span = WHOLE, *, fps: float | None = None, interval_s: float = 1 / 30
+    path: Path,
+    span: Span = WHOLE,
+    *,
+    fps: float | None = None,
+    interval_s: float = 1 / 30,
+    turn_deg: int = 0,
 ) -> Iterator[Frame]:
     """The frames of a video, those outside of the span left out.
 
@@ -94,11 +95,13 @@ def frames(
         span: by the frames' time stamps.
         fps: frame rate that takes precedence over the time stamps.
         interval_s: between frames without time stamps.
+        turn_deg: by which images are turned clockwise, beside what the file says.
 
     Raises:
         InputError: it can't be opened.
     """
-    capture = _open(path)
+    capture = open_video(path)
+    how = form(capture, turn_deg)
     first, begun = float("nan"), -1
     try:
         for row in itertools.count():
@@ -118,6 +121,6 @@ def frames(
             read, image = capture.retrieve()
             if not read or image is None:
                 return
-            yield Frame(row, since, image.astype(np.uint8, copy=False))
+            yield Frame(row, since, how.upright(image.astype(np.uint8, copy=False)))
     finally:
         capture.release()

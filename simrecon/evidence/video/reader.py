@@ -32,11 +32,11 @@ def read(content: Content, options: Options) -> Evidence:
     Raises:
         InputError: no lens, no weights, no extra, a damaged video, or no such person.
     """
-    info = frames.probe(content.path)
+    info = frames.probe(content.path, options.turn_deg or 0)
     camera, lens = _lens(content, options, info)
     choice = _choice(content, options)
     model = options.model or weights.best()
-    look = Look(choice, options.span, options.fps)
+    look = Look(choice, options.span, options.fps, options.turn_deg or 0)
     detected, cached = detection.detect(content.path, content.sha256, model, look, options.progress)
     times, clock = _times(content, detected, info, options.fps)
     if len(times) < 2:
@@ -114,7 +114,15 @@ def _part(detected: Detection, info: frames.Info, span: Span) -> Part | None:
 
 
 def _turned(info: frames.Info) -> str:
-    return f" (turned by {info.rotation_deg}°)" if info.rotation_deg else ""
+    """How the stored image was made upright."""
+    form, notes = info.form, []
+    if form.aspect != 1.0:
+        notes.append(f"pixels {form.aspect:.4g} times as wide as high made square")
+    if form.rotation_deg:
+        notes.append(f"turned by {form.rotation_deg}°")
+    if form.turn_deg:
+        notes.append(f"turned by {form.turn_deg}° as told")
+    return f" ({', '.join(notes)})" if notes else ""
 
 
 def _speed(detected: Detection) -> str:
