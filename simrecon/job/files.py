@@ -9,7 +9,7 @@ from typing import Any
 
 from simrecon import plan as plans
 from simrecon.errors import InputError
-from simrecon.evidence.camera import fov
+from simrecon.evidence.video import frames
 from simrecon.io import provenance, tables, toml
 from simrecon.io.messages import check_keys
 from simrecon.job.options import Person, Reading
@@ -78,11 +78,20 @@ def identity(job: Job) -> str:
     beside = None if job.detected is not None or job.retarget else job.video
     content = {
         "job": dumps(bare),
-        "video": (None, None) if beside is None else fov.probe(beside),
+        "video": None if beside is None else _told(beside),
         "code": provenance.code_digest(),
         "versions": provenance.versions(),
     }
     return provenance.digest_of(content)
+
+
+def _told(video: str) -> tuple[Any, ...] | None:
+    """What of a video beside the input its reading depends on; None of one that can't be read."""
+    try:
+        info = frames.probe(Path(video))
+    except InputError:  # said when it is read
+        return None
+    return info.rate_hz, info.size_px, info.form.aspect
 
 
 def with_paths(job: Job, change: Callable[[str], str]) -> Job:
