@@ -8,7 +8,7 @@ from simrecon import body as bodies
 from simrecon import trust
 from simrecon.body import primitives
 from simrecon.errors import InputError
-from simrecon.job import inputs
+from simrecon.job import inputs, pairs
 from simrecon.job.request import Job
 from simrecon.scene import mjcf
 from simrecon.types import Scene
@@ -23,7 +23,7 @@ def check(job: Job) -> None:
     Raises:
         InputError: one of them can't be used.
     """
-    inputs.refuse_pairs(job.reading)
+    pairs.refuse(job.reading)
     if job.reading.trust is not None:
         trust.parse(job.reading.trust, "--trust")
     named = (job.input, job.reading.keypoints, job.reading.camera)

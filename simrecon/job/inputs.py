@@ -17,6 +17,7 @@ from simrecon.evidence.camera import files, fov, hidden
 from simrecon.evidence.video import frames
 from simrecon.evidence.video.frames import Info
 from simrecon.geometry import camera as cameras
+from simrecon.job import pairs
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
 from simrecon.types import Array, Camera, Evidence
@@ -137,7 +138,7 @@ def without(evidence: Evidence, parts: tuple[str, ...], source: str) -> Evidence
 def _read(job: Job, progress: Progress | None) -> Evidence:
     """Evidence of the input and of the landmarks that go with it."""
     reading, info = job.reading, _probe(job)
-    refuse_pairs(reading)
+    pairs.refuse(reading)
     size_px = _size_px(job) or (None if info is None else info.size_px)
     camera, source = _lens(job, size_px)
     if reading.unknown_camera and camera is None and size_px is not None:
@@ -214,31 +215,6 @@ def _size_px(job: Job) -> tuple[int, int] | None:
         found, valid = ("x".join(map(str, size)) for size in (reading.size_px or (), own or ()))
         raise InputError(f"{job.input}: --size: found {found}, but the file has {valid}; valid: leave it out")
     return own or reading.size_px
-
-
-def refuse_pairs(reading: Reading) -> None:
-    """Refuse options that exclude each other.
-
-    Raises:
-        InputError: they stand side by side.
-    """
-    if reading.keypoints_person is not None and reading.keypoints is None:
-        raise InputError("--keypoints-person: found no --keypoints; valid: --keypoints FILE beside it")
-    start, end = reading.from_s, reading.to_s
-    if start is not None and end is not None and start >= end:
-        raise InputError(f"--to: found {end:g} beside --from {start:g}; valid: a later time")
-    if reading.rotate is not None and reading.rotate % 90:
-        raise InputError(f"--rotate: found {reading.rotate}; valid: 90, 180 or 270, clockwise")
-    lens = (reading.camera, reading.fov_deg)
-    if reading.size_px is not None and lens == (None, None) and not reading.unknown_camera:
-        raise InputError("--size: found no lens for it; valid: --fov, --camera or --unknown-camera beside it")
-    if reading.camera_name is not None and reading.camera is None:
-        raise InputError("--camera-name: found no camera file; valid: --camera FILE beside it")
-    if reading.camera is not None and reading.fov_deg is not None:
-        raise InputError("--camera: found --fov beside it; valid: one of them")
-    lenses = {"--camera": reading.camera, "--fov": reading.fov_deg}
-    if reading.unknown_camera and (beside := [name for name, value in lenses.items() if value is not None]):
-        raise InputError(f"--unknown-camera: found {beside[0]} beside it; valid: one of them")
 
 
 def _lens(job: Job, size_px: tuple[int, int] | None) -> tuple[Camera | None, str]:

@@ -183,7 +183,7 @@ def test_the_video_beside_an_input_counts_as_far_as_it_decides(job: Job, tmp_pat
     grey, other = (video_files.scene(people) for people in ([], [(80.0, 60.0, 60.0, video_files.RED)]))
     videos = [
         video_files.write(tmp_path / f"{i}.mp4", images, fps)
-        for i, (images, fps) in enumerate((([grey], 30.0), ([other], 30.0), ([grey], 25.0)))
+        for i, (images, fps) in enumerate((([grey] * 2, 30.0), ([other] * 2, 30.0), ([grey] * 2, 25.0)))
     ]
     shown = [replace(job, video=str(video)) for video in videos]
     first, drawn, slower = (jobs.identity(each) for each in shown)
