@@ -49,7 +49,7 @@ def recalled(result: Result) -> Job:
     What was not known of person and floor is not known now either: the same fit then finds the same.
     """
     job = replace(result.job, scene=_scene(result), start=str(result.folder / MOTION))
-    return request.taken_anew(job, ("start", *request.meshes_of(job)))
+    return request.taken_anew(job, ("start",))
 
 
 def _scene(result: Result) -> Scene:

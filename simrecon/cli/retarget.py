@@ -28,7 +28,8 @@ def add(commands: Any) -> None:
 
 def _retarget(parsed: argparse.Namespace) -> int:
     result = results.open_result(parsed.result)
-    job = Job(parsed.result, parsed.output, scene=result.scene, plan=result.plan, retarget=True)
+    known = result.job.sha256 if result.scene.items else {}  # of the meshes
+    job = Job(parsed.result, parsed.output, scene=result.scene, plan=result.plan, retarget=True, sha256=known)
     job = options.apply(parsed, job)
     if job.person == Person():
         flags = [option.flag for option in job_options() if option.section == "person"]

@@ -116,12 +116,9 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
         return scene_files.read(folder / table)
     if not isinstance(table, dict):
         raise InputError(f"{path}: scene is {table!r}; valid: a table, or the path of a scene file")
-    inside = dict(table)
-    own = inside.pop("folder", ".")
-    if not isinstance(own, str):
+    if not isinstance(own := table.get("folder", "."), str):
         raise InputError(f"{path}: [scene] folder must be a path in quotes, found {own!r}")
-    meshes = folder / own
-    return scene_files.scene(inside, meshes / Path(path).name)
+    return scene_files.scene(table, folder / Path(path).name)
 
 
 def _plan(table: Any, path: Path | str, folder: Path) -> plans.Plan:

@@ -8,7 +8,7 @@ from typing import Any
 
 from simrecon.errors import InputError
 from simrecon.io import atomic, toml
-from simrecon.io.messages import check_keys
+from simrecon.io.messages import check_keys, shown
 from simrecon.scene import meshes, schema
 from simrecon.types import Scene, SceneItem
 
@@ -32,12 +32,15 @@ def parse(text: str, path: Path | str = "scene.toml") -> Scene:
 
 
 def scene(tables: Mapping[str, Any], path: Path | str) -> Scene:
-    """A scene from the tables of its file.
+    """A scene from the tables of its file; its meshes are in `folder`, or else beside the file.
 
     Raises:
         InputError: as `read`.
     """
-    check_keys(f"{path}:", tables, ("ground", "item"))
+    check_keys(f"{path}:", tables, ("folder", "ground", "item"))
+    own = tables.get("folder", ".")
+    if not isinstance(own, str):
+        raise InputError(f"{path}: folder must be a path in quotes, found {shown(own)}")
     ground = schema.ground(tables.get("ground", {}), str(path))
     rows = tables.get("item", [])
     if not isinstance(rows, list):
@@ -47,7 +50,7 @@ def scene(tables: Mapping[str, Any], path: Path | str) -> Scene:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{path}: two items are named {name!r}; names must differ")
-    folder = str(Path(path).parent)
+    folder = str(Path(path).parent / own)
     for i, item in enumerate(items, 1):
         if item.kind == "mesh":
             meshes.check(item, folder, f"{path}: item {i} ({item.name})")
@@ -55,15 +58,27 @@ def scene(tables: Mapping[str, Any], path: Path | str) -> Scene:
 
 
 def tables(scene: Scene) -> dict[str, Any]:
-    """The tables of a scene file; what is None is left out."""
+    """The tables of a scene file, without the folder of its meshes; what is None is left out."""
     items = [schema.item_table(item) for item in scene.items]
     return {"ground": schema.ground_table(scene.ground), "item": items}
 
 
-def dumps(scene: Scene) -> str:
-    """The text of a scene file, from which `parse` makes an equal scene."""
+def dumps(scene: Scene, place: Path | str | None = None) -> str:
+    """The text of a scene file, from which `parse` makes an equal scene.
+
+    Args:
+        scene: what to write.
+        place: folder that the file is for; where its meshes are not there, their folder stands in the text.
+    """
     content = tables(scene)
-    return toml.dumps(content if scene.items else {"ground": content["ground"]})
+    if not scene.items:
+        del content["item"]
+    folder = Path(scene.folder).resolve()
+    if any(item.kind == "mesh" for item in scene.items) and (
+        place is None or folder != Path(place).resolve()
+    ):
+        content = {"folder": str(folder), **content}
+    return toml.dumps(content)
 
 
 def dumps_item(item: SceneItem) -> str:
@@ -78,4 +93,4 @@ def write(scene: Scene, path: Path | str) -> None:
         InputError: the file can't be written.
     """
     with atomic.reported(path):
-        atomic.write_text(path, dumps(scene))
+        atomic.write_text(path, dumps(scene, Path(path).parent))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from simrecon import cli, evidence, job, resources, results
 from tests.support.runs import person, seen, squat
@@ -116,3 +117,40 @@ def test_a_job_repeats_its_run_to_the_same_bits(
     assert cli.main(["run", "--job", str(first / "job.toml"), "-o", str(tmp_path / "copy")]) == 0
     for file in ("motion.npz", "model.xml"):
         assert (tmp_path / "copy" / file).read_bytes() == (first / file).read_bytes()
+
+
+def test_a_result_finds_the_mesh_of_its_scene_where_it_was(
+    inputs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    room, out = tmp_path / "room", tmp_path / "out"
+    (room / "meshes").mkdir(parents=True)
+    rock = room / "meshes" / "rock.stl"
+    trimesh.creation.box((0.4, 0.4, 0.4)).export(rock)
+    item = '[[item]]\nname = "rock"\nkind = "mesh"\nposition_m = [2.0, 0, 0]\nfile = "meshes/rock.stl"\n'
+    (room / "room.toml").write_text(item, encoding="utf-8")
+    words = ["run", str(inputs / "both.npz"), "--plan", str(inputs / "plan.toml"), "--threads", "1"]
+    assert cli.main([*words, "-o", str(out), "--scene", str(room / "room.toml")]) == 0
+    before = results.open_result(out)
+    assert before.scene.folder == str(room)
+    again = [
+        ["rerun", str(out)],
+        ["rerun", str(out), "--scene", str(out / "scene.toml")],
+        ["retarget", str(out), "--height-m", "1.6"],
+        ["run", "--job", str(out / "job.toml")],
+    ]
+    for number, more in enumerate(again):
+        assert cli.main([*more, "-o", str(tmp_path / f"again{number}")]) == 0
+        result = results.open_result(tmp_path / f"again{number}")
+        assert result.scene == before.scene
+        assert str(rock) in result.job.sha256
+    trimesh.creation.box((0.4, 0.4, 0.5)).export(rock)
+    capsys.readouterr()
+    for more in (again[0], *again[2:]):
+        assert cli.main([*more, "-o", str(tmp_path / "none")]) == 2
+        assert f"{rock}: its sha256 is not the one" in capsys.readouterr().err
+    rock.unlink()
+    for more in again:
+        assert cli.main([*more, "-o", str(tmp_path / "none")]) == 2
+        said = capsys.readouterr().err.strip()
+        assert f"file 'meshes/rock.stl': no such file in {room}" in said
+        assert "\n" not in said

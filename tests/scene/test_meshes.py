@@ -172,6 +172,22 @@ def test_bad_meshes_are_one_clear_line(
         assert word in str(caught.value)
 
 
+def test_a_scene_that_is_written_elsewhere_names_the_folder_of_its_meshes(tmp_path: Path) -> None:
+    inside, outside = tmp_path / "inside", tmp_path / "outside" / "room.toml"
+    inside.mkdir()
+    outside.parent.mkdir()
+    scene = scene_of(inside, trimesh.creation.box((1, 1, 1)))
+    scenes.write(scene, outside)
+    for moved in (scenes.read(outside), scenes.parse(scenes.dumps(scene), outside)):
+        assert (moved, moved.folder) == (scene, str(inside))
+        assert tops(moved, [(0, 0)]) == pytest.approx([1.0])
+    scenes.write(scene, inside / "again.toml")
+    assert "folder" not in (inside / "again.toml").read_text(encoding="utf-8")
+    outside.write_text("folder = 3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"room.toml: folder must be a path in quotes, found 3"):
+        scenes.read(outside)
+
+
 @NEEDS_COACD
 def test_parts_need_a_watertight_mesh(tmp_path: Path) -> None:
     mesh = hollow()
