@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from simrecon.errors import InputError, SimreconError
+from simrecon.io import atomic
 from simrecon.system import locks
 
 SCHEMA = "simrecon.batch/1"
@@ -90,19 +91,9 @@ def cannot_write(folder: Path | str, error: OSError) -> SimreconError:
 
 
 def write_json(target: Path, content: Any) -> None:
-    """Write a file aside, flush it to the disk and rename it."""
+    """Write a file that survives a power cut; its folder is made."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8") as stream:
-            json.dump(content, stream, indent=1, ensure_ascii=False, allow_nan=False)
-            stream.write("\n")
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, target)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
+    atomic.write_json(target, content, durable=True)
 
 
 def read_json(path: Path) -> dict[str, Any] | None:

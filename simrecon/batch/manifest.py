@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import Any
 from simrecon import engines, planners
 from simrecon.batch import files
 from simrecon.errors import InputError
+from simrecon.io import tables
+from simrecon.io.messages import check_keys
 from simrecon.job.text import Option, over
 from simrecon.job.text import options as job_options
 
@@ -19,8 +20,31 @@ SUFFIXES = (".toml", ".csv")
 NEWER_KEYS = {"person_at": "person_at_px", "width_px": "size_px", "height_px": "size_px"}
 """Keys of manifests that were options of their own, and the options that they have become."""
 OLDER_KEYS = tuple(NEWER_KEYS)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A manifest in TOML: `[[clip]]` for each row, and `[defaults]` of all."""
+
+    clip: tuple[Mapping[str, Any], ...]
+    defaults: Mapping[str, Any] = tables.option({})
+
+
+@dataclass(frozen=True)
+class Row:
+    """The keys of a row that are no options of a job."""
+
+    name: str | None = tables.text(None)
+    input: str | None = tables.text(None)
+    plan: str | None = tables.text(None)
+    scene: str | None = tables.text(None)
+    planner: str | None = tables.option(None, choices=planners.names)
+    engine: str | None = tables.option(None, choices=engines.names)
+
+
 OPTIONS = {option.name: option for option in job_options()}
-KEYS = ("name", "input", "plan", "scene", "planner", "engine", *OPTIONS, *OLDER_KEYS)
+_OWN = tables.keys(Row)
+KEYS = (*_OWN, *OPTIONS, *OLDER_KEYS)
 
 
 @dataclass(frozen=True)
@@ -63,19 +87,13 @@ def read(path: Path) -> list[Entry]:
 
 
 def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
-    for key in content:
-        if key not in ("clip", "defaults"):
-            raise InputError(f"{path}: unknown key {key!r}; valid: [defaults] and [[clip]]")
-    rows, defaults = content.get("clip"), content.get("defaults", {})
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+    content = tables.read(Table, path, "manifest")
+    if not content.clip:
         raise InputError(f"{path}: found no [[clip]]; valid: one for each clip")
-    if not isinstance(defaults, dict) or "name" in defaults or "input" in defaults:
-        raise InputError(f"{path}: [defaults] must be a table without name and input")
-    return [(f"{path}: [[clip]] {i}:", row) for i, row in enumerate(rows, 1)], defaults
+    if own := {"name", "input"} & set(content.defaults):
+        raise InputError(f"{path}: [defaults] {min(own)}: found one for all clips; valid: in [[clip]]")
+    rows = [(f"{path}: [[clip]] {i}:", row) for i, row in enumerate(content.clip, 1)]
+    return rows, dict(content.defaults)
 
 
 def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
@@ -107,21 +125,17 @@ def _is_empty(row: Mapping[str | None, Any]) -> bool:
 def _checked(where: str, row: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The values of a row, of their types; paths are relative to the manifest."""
     values: dict[str, Any] = {}
+    check_keys(where, row, KEYS)
     for key, value in _renamed(where, row).items():
-        if key not in KEYS:
-            raise InputError(f"{where} unknown key {key!r}; valid: {', '.join(KEYS)}")
         if key in OPTIONS:
             values[key] = _option(f"{where} {key}", OPTIONS[key], value)
-        elif not isinstance(value, str) or not value.strip():
-            raise InputError(f"{where} {key} must be text, found {value!r}")
         else:
-            values[key] = value
+            values[key] = tables.check(_OWN[key], value, where)
         if key == "name" and files.safe(value) != value:
             raise InputError(
                 f"{where} name: found {value!r}; valid: a file name such as {files.safe(value)!r}"
             )
         values[key] = _path(f"{where} {key}", key, values[key], folder)
-    _check_names(where, values)
     return values
 
 
@@ -157,10 +171,3 @@ def _path(where: str, key: str, value: Any, folder: Path) -> Any:
     if key != "input" and not inside.exists():
         raise InputError(f"{where}: found no file {inside}")
     return str(inside)
-
-
-def _check_names(where: str, values: Mapping[str, Any]) -> None:
-    """Check that planner and engine are there."""
-    for key, valid in (("planner", planners.names()), ("engine", engines.names())):
-        if key in values and values[key] not in valid:
-            raise InputError(f"{where} {key} must be one of {', '.join(valid)}, found {values[key]!r}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import os
 import time
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from simrecon import resources
 from simrecon.batch import status
 from simrecon.batch.journal import Places
 from simrecon.batch.status import Row, State
+from simrecon.io import atomic
 from simrecon.io.messages import counted
 from simrecon.results.folder import REPORT
 from simrecon.system.progress import duration
@@ -48,13 +48,7 @@ def write(places: Places) -> Path:
         InputError: there is no batch. OSError: it can't be written.
     """
     state = status.read(places)
-    partial = places.page.with_name(f".{places.page.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(render(places, state), encoding="utf-8")
-        os.replace(partial, places.page)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
+    atomic.write_text(places.page, render(places, state))
     return places.page
 
 

@@ -80,13 +80,14 @@ def write_text(target: Path | str, content: str) -> None:
     write_bytes(target, content.encode("utf-8"))
 
 
-def write_json(target: Path | str, content: Any) -> None:
+def write_json(target: Path | str, content: Any, *, durable: bool = False) -> None:
     """Write plain data as JSON with an indent of one; see `write_bytes`.
 
     Raises:
         ValueError: a number is not finite.
     """
-    write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    write_bytes(target, text.encode("utf-8"), durable=durable)
 
 
 def write_npz(target: Path | str, arrays: Mapping[str, Any]) -> None:

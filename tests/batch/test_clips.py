@@ -114,7 +114,10 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("[[clip]]\n", "lacks the key 'input'"),
-        ('[[clip]]\ninput = "a.npz"\nmas_kg = 3\n', "unknown key 'mas_kg'; valid: name, input"),
+        (
+            '[[clip]]\ninput = "a.npz"\nmas_kg = 3\n',
+            "unknown key 'mas_kg', did you mean 'mass_kg'?; valid: name, input",
+        ),
         ('[[clip]]\ninput = "a.npz"\nmass_kg = 3\n', "mass_kg must be a number from"),
         ('[[clip]]\ninput = "a.npz"\nseed = 1.5\n', "seed must be a whole number"),
         ('[[clip]]\ninput = "a.npz"\nup = "w"\n', "up must be one of x, y, z"),
@@ -125,9 +128,14 @@ def test_a_manifest_of_csv(tmp_path: Path) -> None:
         ('[[clip]]\ninput = "a.npz"\nname = "x"\n' * 2, "found 2 of that name"),
         ('[[clip]]\ninput = "none.npz"\n', "found no such file"),
         ("[[clips]]\n", "unknown key 'clips'"),
-        ("clip = 3\n", "found no [[clip]]"),
-        ("not toml", "cannot be read as TOML"),
-        ("a = " + 5000 * "[", "cannot be read as TOML"),
+        ("clip = 3\n", "clip must be a list, each a table, found 3"),
+        ("clip = []\n", "found no [[clip]]"),
+        ("[defaults]\n", "lacks the key 'clip'"),
+        ('[defaults]\ninput = "a.npz"\n[[clip]]\nmass_kg = 60\n', "[defaults] input: found one for all"),
+        ('[[clip]]\ninput = "a.npz"\nengine = "fast"\n', "engine must be \"sampling\", found 'fast'"),
+        ('[[clip]]\ninput = "a.npz"\nplan = 3\n', "plan must be text in quotes, found 3"),
+        ("not toml", "not valid TOML"),
+        ("a = " + 5000 * "[", "not valid TOML: nested too deeply"),
     ],
 )
 def test_what_is_wrong_in_a_manifest_is_one_line(tmp_path: Path, text: str, words: str) -> None:
