@@ -78,7 +78,7 @@ def test_a_panning_camera_costs_a_simulation_no_accuracy(
 
 def test_the_overlay_follows_a_panning_camera(squats: dict[str, Reconstruction]) -> None:
     run = squats["panning"]
-    shown = writing.clip(run)
+    shown = writing.animation(run)
     assert shown.camera is not None
     assert run.evidence.camera is not None
     assert shown.camera.path is not None

@@ -10,7 +10,7 @@ from simrecon.batch.journal import Event
 
 
 @dataclass
-class Task:
+class QueuedClip:
     """A clip that waits or runs."""
 
     clip: Clip
@@ -32,12 +32,12 @@ class Agenda:
         video_s: seconds of video of all that there was to do; video_done_s: of what is done.
     """
 
-    waiting: list[Task] = field(default_factory=list)
-    running: dict[Any, Task] = field(default_factory=dict)
+    waiting: list[QueuedClip] = field(default_factory=list)
+    running: dict[Any, QueuedClip] = field(default_factory=dict)
     video_s: float = 0.0
     video_done_s: float = 0.0
 
-    def add(self, task: Task) -> None:
+    def add(self, task: QueuedClip) -> None:
         """One more to do."""
         self.waiting.append(task)
         self.video_s += task.facts["video_s"]
@@ -46,7 +46,7 @@ class Agenda:
         """The longest first, so that none is left alone at the end."""
         self.waiting.sort(key=lambda task: (-task.facts["video_s"], task.clip.name))
 
-    def running_clip(self, name: str) -> Task | None:
+    def running_clip(self, name: str) -> QueuedClip | None:
         """The task of a clip that runs."""
         return next((task for task in self.running.values() if task.clip.name == name), None)
 

@@ -23,7 +23,7 @@ OLDER_KEYS = tuple(NEWER_KEYS)
 
 
 @dataclass(frozen=True)
-class Table:
+class ManifestTable:
     """A manifest in TOML: `[[clip]]` for each row, and `[defaults]` of all."""
 
     clip: tuple[Mapping[str, Any], ...]
@@ -31,7 +31,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Row:
+class ManifestRow:
     """The keys of a row that are no options of a job."""
 
     name: str | None = tables.text(None)
@@ -43,7 +43,7 @@ class Row:
 
 
 OPTIONS = {option.name: option for option in job_options()}
-_OWN = tables.keys(Row)
+_OWN = tables.keys(ManifestRow)
 KEYS = (*_OWN, *OPTIONS, *OLDER_KEYS)
 
 
@@ -87,7 +87,7 @@ def read(path: Path) -> list[Entry]:
 
 
 def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
-    content = tables.read(Table, path, "manifest")
+    content = tables.read(ManifestTable, path, "manifest")
     if not content.clip:
         raise InputError(f"{path}: found no [[clip]]; valid: one for each clip")
     if own := {"name", "input"} & set(content.defaults):

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simrecon.batch import ahead, cluster, journal
-from simrecon.batch.agenda import Agenda, Task
+from simrecon.batch.agenda import Agenda, QueuedClip
 from simrecon.batch.ahead import Settings
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
@@ -118,7 +118,7 @@ class _Night:
                 continue
             if force:
                 shutil.rmtree(self._places.checkpoints(name), ignore_errors=True)
-            agenda.add(Task(clip, facts))
+            agenda.add(QueuedClip(clip, facts))
         agenda.sort()
         kept_words = f", {len(ledger.outcome.kept)} done before" if ledger.outcome.kept else ""
         ledger.say(
@@ -147,7 +147,7 @@ class _Night:
                 self._share(jobs)
             self._show()
 
-    def _start(self, task: Task) -> None:
+    def _start(self, task: QueuedClip) -> None:
         job = Assignment(task.clip, str(self._places.root), self._run, task.facts["key"], code_digest())
         task.future, task.started, task.window = self._crew.solve(job), None, 0
         self._agenda.running[task.future] = task
@@ -168,7 +168,7 @@ class _Night:
     def _share(self, jobs: int) -> None:
         self._crew.share(self._agenda.started(), 0 if self._stopping else len(self._agenda.waiting), jobs)
 
-    def _finish(self, task: Task, future: Any) -> None:
+    def _finish(self, task: QueuedClip, future: Any) -> None:
         """A task ended: in a result, an error, or with its worker."""
         name = task.clip.name
         if cluster.died(future):
@@ -193,7 +193,7 @@ class _Night:
         else:
             self._again(task, answer)
 
-    def _again(self, task: Task, answer: dict[str, Any]) -> None:
+    def _again(self, task: QueuedClip, answer: dict[str, Any]) -> None:
         """Another attempt, if there is one left; one that got further than those before does not count."""
         kept = self._places.checkpoints(task.clip.name)
         solved = len(list(kept.glob("*/*/window_*.npz"))) if kept.is_dir() else 0

@@ -107,7 +107,7 @@ def _solve(
 def _write_strip(target: Path, result: Result) -> None:
     """A few frames of the motion in a row, for the report of the batch."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    strip = overlay.sheet(result.clip(), THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
+    strip = overlay.sheet(result.animation(), THUMBNAILS, THUMBNAIL_PX, columns=THUMBNAILS)
     video.write_image(target, strip)
 
 

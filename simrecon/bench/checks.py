@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterable
 
 from simrecon import plan as plans
-from simrecon.bench.schema import Clip, Suite
+from simrecon.bench.schema import BenchmarkClip, Suite
 from simrecon.bench.statics import CHECKS
 from simrecon.errors import InputError
 
@@ -37,7 +37,7 @@ def _check_names(kind: str, names: list[str], path: str) -> None:
         raise InputError(f"{path}: {kind}: found the name {bad[0]!r}; valid: one that a folder can have")
 
 
-def _check_clip(clip: Clip, where: str) -> None:
+def _check_clip(clip: BenchmarkClip, where: str) -> None:
     if (clip.trial is None) == (clip.evidence is None or clip.truth is None):
         raise InputError(f"{where}: found neither or both; valid: evidence and truth, or trial")
     if clip.place is not None and (clip.place.kind == "platform") == (clip.place.height_m is None):

@@ -15,7 +15,7 @@ from simrecon import evidence as readers
 from simrecon import kinematics
 from simrecon import plan as plans
 from simrecon.bench import material
-from simrecon.bench.task import Task
+from simrecon.bench.task import BenchmarkTask
 from simrecon.errors import SimreconError
 from simrecon.evaluation import fitted, scores
 from simrecon.io import atomic
@@ -27,7 +27,7 @@ from simrecon.types import Evidence, Scene
 RESULT, FIT, RECORD = "result", "fit.npz", "run.json"
 
 
-def execute(task: Task) -> dict[str, Any]:
+def execute(task: BenchmarkTask) -> dict[str, Any]:
     """Run and score.
 
     Returns:
@@ -42,16 +42,16 @@ def execute(task: Task) -> dict[str, Any]:
         )
 
 
-def failed(task: Task, message: str) -> dict[str, Any]:
+def failed(task: BenchmarkTask, message: str) -> dict[str, Any]:
     """What `execute` returns of a run that failed."""
     return _said(task) | {"status": "failed", "message": " ".join(message.split())}
 
 
-def _said(task: Task) -> dict[str, Any]:
+def _said(task: BenchmarkTask) -> dict[str, Any]:
     return {"clip": task.clip.name, "variant": task.variant.name, "seed": task.seed}
 
 
-def _execute(task: Task) -> dict[str, Any]:
+def _execute(task: BenchmarkTask) -> dict[str, Any]:
     file, truth = material.files(task)
     plan = material.plan(task)
     seen = material.read(task, file)
@@ -88,7 +88,7 @@ class _Work:
     plan: Plan
 
 
-def _fit(task: Task, file: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
+def _fit(task: BenchmarkTask, file: Path, truth: Path, key: str, work: _Work) -> dict[str, Any]:
     """The kinematic half alone, kept as `fit.npz`."""
     path, mark = task.folder / FIT, task.folder / RECORD
     status = "kept"
@@ -105,7 +105,7 @@ def _fit(task: Task, file: Path, truth: Path, key: str, work: _Work) -> dict[str
     return record | {"run": {"fit_cpu_per_second": fitted.read(path).seconds_per_second}}
 
 
-def _job(task: Task, input_file: Path, scene: Scene, plan: Plan, folder: Path) -> Job:
+def _job(task: BenchmarkTask, input_file: Path, scene: Scene, plan: Plan, folder: Path) -> Job:
     """The job of a run."""
     parts = task.variant.drop
     return Job(

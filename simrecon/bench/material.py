@@ -12,7 +12,7 @@ from simrecon import plan as plans
 from simrecon import resources
 from simrecon import scene as scenes
 from simrecon.bench import places, plates
-from simrecon.bench.task import Task
+from simrecon.bench.task import BenchmarkTask
 from simrecon.body import names
 from simrecon.io import provenance
 from simrecon.job import inputs
@@ -20,7 +20,7 @@ from simrecon.plan import Plan
 from simrecon.types import Evidence, Scene
 
 
-def files(task: Task) -> tuple[Path, Path]:
+def files(task: BenchmarkTask) -> tuple[Path, Path]:
     """Evidence and reference; those of a trial are made, in a folder of their own."""
     clip = task.clip
     if clip.trial is None:
@@ -41,20 +41,20 @@ def files(task: Task) -> tuple[Path, Path]:
     )
 
 
-def plan(task: Task) -> Plan:
+def plan(task: BenchmarkTask) -> Plan:
     """The plan of a run, as its variant changes it."""
     where = f"{task.suite.name}: variant {task.variant.name}"
     return plans.overridden(plans.read(task.plan), task.variant.plan, where)
 
 
-def read(task: Task, file: Path) -> Evidence:
+def read(task: BenchmarkTask, file: Path) -> Evidence:
     """Evidence of the clip, with the height that the suite gives."""
     seen = readers.read(file)
     readers.check_names(seen, names.valid_names(), file)
     return seen if task.clip.height_m is None else replace(seen, height_m=task.clip.height_m)
 
 
-def scene(task: Task, seen: Evidence, plan: Plan) -> Scene:
+def scene(task: BenchmarkTask, seen: Evidence, plan: Plan) -> Scene:
     """The scene of the clip, placed from its evidence where the suite says so."""
     clip = task.clip
     if clip.place is not None:
@@ -83,7 +83,7 @@ def dropped(evidence: Evidence, parts: tuple[str, ...]) -> Evidence:
     return inputs.without(evidence, tuple(part for part in parts if part != "camera"), "drop")
 
 
-def key(file: Path, task: Task, plan: Plan, scene: Scene) -> str:
+def key(file: Path, task: BenchmarkTask, plan: Plan, scene: Scene) -> str:
     """Hash of all that a motion depends on: input, settings, versions and the code itself."""
     content = {
         "evidence": hashlib.sha256(file.read_bytes()).hexdigest(),

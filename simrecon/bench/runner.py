@@ -16,7 +16,7 @@ from typing import Any
 from simrecon.bench import page, statics, targets
 from simrecon.bench.execution import RESULT, execute, failed
 from simrecon.bench.schema import Check, Suite
-from simrecon.bench.task import Task, tasks
+from simrecon.bench.task import BenchmarkTask, tasks
 from simrecon.errors import InputError
 from simrecon.exports import picture
 from simrecon.io import atomic, provenance
@@ -49,7 +49,7 @@ def run(
         threads: of the simulator in each; 0 shares the cores out among the jobs.
         clips: names of those to run, or none for all.
         variants: the same.
-        evaluator: an independent script, see `task.Task`.
+        evaluator: an independent script, see `task.BenchmarkTask`.
         report_row: called with the number of finished runs, of all, and the row of the one that finished.
 
     Returns:
@@ -108,7 +108,7 @@ def _save(suite: Suite, content: Row, output: Path) -> None:
     write(output / f"{suite.name}.md", page.markdown(suite, content))
 
 
-def _pictures(suite: Suite, done: list[Task], output: Path) -> list[str]:
+def _pictures(suite: Suite, done: list[BenchmarkTask], output: Path) -> list[str]:
     """Draw the suite's pictures of the first variant and seed; names of the files, in `pictures`."""
     first = {
         task.clip.name: task.folder / RESULT
@@ -136,7 +136,7 @@ def checked(check: Check) -> Row:
     }
 
 
-def _finished(work: list[Task], jobs: int) -> Iterator[tuple[int, Row]]:
+def _finished(work: list[BenchmarkTask], jobs: int) -> Iterator[tuple[int, Row]]:
     """Rows of the tasks by their index, as they finish."""
     if jobs == 1:
         for index, task in enumerate(work):

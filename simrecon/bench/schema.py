@@ -59,7 +59,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Clip:
+class BenchmarkClip:
     """`[[clip]]`: files in the data folder; scenes beside the suite, or `example/…` of the package.
 
     `plan` instead of the suite's; `height_m` of the person, where the evidence doesn't say.
@@ -158,7 +158,7 @@ class Suite:
     purpose: str = text()
     plan: str = text()
     seeds: tuple[int, ...] = number(0, 2**63 - 1)
-    clip: tuple[Clip, ...] = option()
+    clip: tuple[BenchmarkClip, ...] = option()
     table: tuple[Table, ...] = option()
     variant: tuple[Variant, ...] = (Variant("full"),)
     target: tuple[Target, ...] = ()

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from simrecon.bench.schema import Clip, Suite, Variant
+from simrecon.bench.schema import BenchmarkClip, Suite, Variant
 
 
 @dataclass(frozen=True)
-class Task:
+class BenchmarkTask:
     """What to run, and where.
 
     Attributes:
@@ -21,7 +21,7 @@ class Task:
     """
 
     suite: Suite
-    clip: Clip
+    clip: BenchmarkClip
     variant: Variant
     seed: int
     data: Path
@@ -42,10 +42,10 @@ class Task:
         )
 
 
-def tasks(suite: Suite, data: Path, output: Path, evaluator: Path | None = None) -> list[Task]:
+def tasks(suite: Suite, data: Path, output: Path, evaluator: Path | None = None) -> list[BenchmarkTask]:
     """All runs of a suite, seeds last."""
     return [
-        Task(suite, clip, variant, seed, data, output, evaluator=evaluator)
+        BenchmarkTask(suite, clip, variant, seed, data, output, evaluator=evaluator)
         for clip in suite.clip
         for variant in suite.variant
         for seed in suite.seeds

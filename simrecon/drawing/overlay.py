@@ -15,14 +15,14 @@ import cv2
 import numpy as np
 
 from simrecon.drawing import video
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
-from simrecon.drawing.clip import Clip
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, has_view
 from simrecon.errors import InputError
 from simrecon.types import Camera, Evidence, IntArray
 
-__all__ = ["Clip", "check_video", "contact_sheet", "render", "sheet", "write"]
+__all__ = ["Animation", "check_video", "contact_sheet", "render", "sheet", "write"]
 
 _SHEET_FRAMES, _SHEET_TILE_PX, _SHEET_ASPECT = 12, 300, 1.7
 
@@ -46,7 +46,9 @@ def check_video(video_path: Path | str, evidence: Evidence, turn_deg: int = 0) -
         _check_shape(next(frames), camera)
 
 
-def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None, turn_deg: int = 0) -> Path:
+def write(
+    folder: Path | str, clip: Animation, video_path: Path | str | None = None, turn_deg: int = 0
+) -> Path:
     """Write `overlay.mp4`, or `overlay.png` where there is no video or the camera is not known.
 
     Args:
@@ -73,7 +75,7 @@ def write(folder: Path | str, clip: Clip, video_path: Path | str | None = None, 
 
 
 def render(
-    clip: Clip, images: Iterable[Image | None] | None = None, max_side_px: int = 960
+    clip: Animation, images: Iterable[Image | None] | None = None, max_side_px: int = 960
 ) -> Iterator[Image]:
     """Draw every frame.
 
@@ -107,7 +109,7 @@ def render(
 
 
 def sheet(
-    clip: Clip,
+    clip: Animation,
     count: int = _SHEET_FRAMES,
     tile_px: int = _SHEET_TILE_PX,
     columns: int = 0,

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.drawing import canvas, ground, shapes
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
-from simrecon.drawing.clip import Clip
 from simrecon.drawing.geoms import LEFT, RIGHT, coarse_cell_m, of_model
 from simrecon.drawing.shading import shades
 from simrecon.drawing.views import View, corner_radius, has_view, three_quarter
@@ -28,7 +28,7 @@ _BODY_CELL_M, _ITEM_CELL_M = 0.08, 0.1
 class Painter:
     """Holds what is the same for all frames of a clip, and draws one at a time."""
 
-    def __init__(self, clip: Clip) -> None:
+    def __init__(self, clip: Animation) -> None:
         """Cut the geoms into quads; make up a camera if there is none."""
         model = clip.model
         self.clip, self.model, self.data = clip, model, mujoco.MjData(model)

@@ -10,8 +10,8 @@ from simrecon import prior
 from simrecon import scene as scenes
 from simrecon.body import primitives
 from simrecon.drawing import canvas
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
-from simrecon.drawing.clip import Clip
 from simrecon.drawing.overlay import contact_sheet
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, has_view, three_quarter
@@ -92,7 +92,7 @@ def _paint(scene: Scene, person: Body, poses: Array, camera: Camera | None, capt
     if camera is None:
         camera = three_quarter(low, high, _facing(poses), _ELEVATION_RAD)
     corners = np.stack((low[:2], high[:2]))
-    clip = Clip(model=model, times_s=np.zeros(1), qpos=qpos[None], camera=camera, ground_m=corners)
+    clip = Animation(model=model, times_s=np.zeros(1), qpos=qpos[None], camera=camera, ground_m=corners)
     size = camera.lens.image_size_px
     scale = min(1.0, 960 / max(size))
     shape = (round(size[0] * scale), round(size[1] * scale))

@@ -37,7 +37,7 @@ def write(result: Path | str, target: Path | str, at: Sequence[str]) -> IntArray
     opened = open_result(result)
     motion = opened.motion
     chosen = np.array([frame(motion, word) for word in at])
-    video.write_image(target, overlay.sheet(opened.clip(), tile_px=TILE_PX, frames=chosen))
+    video.write_image(target, overlay.sheet(opened.animation(), tile_px=TILE_PX, frames=chosen))
     return chosen
 
 

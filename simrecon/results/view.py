@@ -94,9 +94,9 @@ class Result:
         where = f"{self.folder / folders.REPORT}: plan"
         return replace(plans.build(self.report["plan"], where), name=self.report["plan_name"])
 
-    def clip(self) -> overlay.Clip:
+    def animation(self) -> overlay.Animation:
         """What is drawn of the motion: the body in its scene, with the forces on it."""
-        return overlay.Clip.of(self.model, self.motion)
+        return overlay.Animation.of(self.model, self.motion)
 
     @cached_property
     def job(self) -> Job:

@@ -74,7 +74,7 @@ def write(
 def _draw(partial: Path, job: Job, run: Reconstruction) -> str | None:
     """Draw the overlay; what kept it from being drawn, or None."""
     try:
-        overlay.write(partial, clip(run), background(job), job.reading.rotate or 0)
+        overlay.write(partial, animation(run), background(job), job.reading.rotate or 0)
     except Exception as error:
         for name in folders.OVERLAYS:
             (partial / name).unlink(missing_ok=True)
@@ -103,11 +103,11 @@ def _settled(job: Job, place: folders.Place, landmarks: Path | None, *, overwrit
     return job if place.target == Path(job.output).resolve() else replace(job, output=str(place.target))
 
 
-def clip(run: Reconstruction) -> overlay.Clip:
+def animation(run: Reconstruction) -> overlay.Animation:
     """What is drawn of a run."""
     motion, evidence, camera = run.motion, run.evidence, run.fit.camera
     seen = bool(evidence.keypoint_names)
-    return overlay.Clip.of(
+    return overlay.Animation.of(
         run.problem.model,
         motion,
         camera=None if camera is None else cameras.resampled(camera, run.fit.times_s, motion.times_s),

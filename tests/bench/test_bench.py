@@ -306,7 +306,7 @@ def test_checks_and_pictures_stand_beside_the_tables(data: Path, tmp_path: Path)
 
 
 def test_a_target_against_another_clip() -> None:
-    clips = tuple(schema.Clip(name, "e", "t") for name in "ab")
+    clips = tuple(schema.BenchmarkClip(name, "e", "t") for name in "ab")
     bound = schema.Bound("ratio", at_most=1.3)
     target = schema.Target("t", "mpjpe_g_mm", (bound,), against="result", against_clip="a", clips=("b",))
     given = schema.Suite("p", "quick", (0,), clips, (), target=(target,))
@@ -346,7 +346,7 @@ def row(clip: str, kinematic: float, result: float, seed: int = 0) -> dict[str, 
 )
 def test_targets(measure: str, value: float) -> None:
     """Two clips at 10: one at 4, one at 12, as the mean of two seeds."""
-    clips = tuple(schema.Clip(name, "e", "t") for name in "ab")
+    clips = tuple(schema.BenchmarkClip(name, "e", "t") for name in "ab")
     bound = schema.Bound(measure, at_most=value)
     target = schema.Target("t", "mpjpe_g_mm", must=(bound,), reach=(replace(bound, at_most=value - 0.01),))
     given = schema.Suite("p", "quick", (0, 1), clips, (), target=(target,))
@@ -370,7 +370,7 @@ def test_targets(measure: str, value: float) -> None:
     ],
 )
 def test_the_worst_clip_is_that_of_the_bound(bound: schema.Bound, worst: str) -> None:
-    clips = tuple(schema.Clip(name, "e", "t") for name in ("large", "rises", "small", "alone"))
+    clips = tuple(schema.BenchmarkClip(name, "e", "t") for name in ("large", "rises", "small", "alone"))
     target = schema.Target("t", "mpjpe_g_mm", must=(bound,))
     given = schema.Suite("p", "quick", (0,), clips, (), target=(target,))
     rows = [row("large", 40, 30), row("rises", 5, 10), row("small", 8, 4), row("alone", math.nan, 20)]
@@ -388,7 +388,7 @@ def test_a_value_has_the_digits_that_show_whether_it_is_met(value: float, limit:
 
 def test_what_a_variant_changes() -> None:
     """Against 10 and 10: 12 and 9 are 5 % worse on one of two clips, 11 and 12 15 % on both."""
-    clips = tuple(schema.Clip(name, "e", "t") for name in "ab")
+    clips = tuple(schema.BenchmarkClip(name, "e", "t") for name in "ab")
     variants = tuple(schema.Variant(name) for name in ("full", "less", "none"))
     table = schema.Table("t", "change", (schema.Column("error", "mpjpe_g_mm", digits=1),))
     given = schema.Suite("p", "quick", (0,), clips, (table,), variants)

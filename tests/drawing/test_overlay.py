@@ -15,7 +15,7 @@ import pytest
 
 from simrecon.drawing import overlay, shapes, video
 from simrecon.drawing.canvas import Image
-from simrecon.drawing.overlay import Clip
+from simrecon.drawing.overlay import Animation
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View
 from simrecon.errors import InputError
@@ -50,17 +50,17 @@ def capsules(*, items: str = "", extra: str = "") -> mujoco.MjModel:
     </mujoco>""")
 
 
-def clip(model: mujoco.MjModel | None = None, frames: int = 2, **changes: Any) -> Clip:
+def clip(model: mujoco.MjModel | None = None, frames: int = 2, **changes: Any) -> Animation:
     model = capsules() if model is None else model
     times_s = np.arange(frames) / 30
-    return replace(Clip(model, times_s, np.tile(model.qpos0, (frames, 1)), camera(frames)), **changes)
+    return replace(Animation(model, times_s, np.tile(model.qpos0, (frames, 1)), camera(frames)), **changes)
 
 
 def black(frames: int = 2) -> list[Image]:
     return [np.zeros((SIZE[1], SIZE[0], 3), np.uint8) for _ in range(frames)]
 
 
-def first(shown: Clip) -> Image:
+def first(shown: Animation) -> Image:
     return next(overlay.render(shown, black(len(shown.times_s))))
 
 

@@ -39,7 +39,7 @@ def test_the_first_instant_is_no_frame_of_forces(run: Any) -> None:
     force[0] = 1e4
     slammed = replace(run.motion, contact_force_N=force, grf_N=force.sum(axis=1))
     assert picture.frame(slammed, "hardest") > 0
-    drawn = overlay.Clip.of(run.problem.model, slammed).contact_force_N
+    drawn = overlay.Animation.of(run.problem.model, slammed).contact_force_N
     assert drawn is not None
     assert not drawn[0].any()
     np.testing.assert_array_equal(drawn[1:], force[1:])

@@ -82,7 +82,7 @@ def compare_trampolines(clip: Evidence, plan: plans.Plan, threads: int, picture:
             f"{factor * STIFFNESS_NPM:10.0f} {-bed.min():10.3f} {after.max():12.3f} {when:6.2f} {whole:>10}"
         )
         if picture is not None:
-            still = overlay.Clip(
+            still = overlay.Animation(
                 model=result.problem.model,
                 times_s=motion.times_s[lowest : lowest + 1],
                 qpos=motion.qpos[lowest : lowest + 1],

@@ -12,7 +12,7 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon.body import shape, shape_fit
 from simrecon.drawing import canvas
-from simrecon.drawing.clip import Clip
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View
 from simrecon.geometry import camera as cameras
@@ -41,7 +41,7 @@ def _column(text: str, height_m: float, mass_kg: float) -> canvas.Image:
     qpos = _standing(person, betas)
     model = mujoco.MjModel.from_xml_string(person.mjcf)
     camera = _camera()
-    clip = Clip(model, np.zeros(1), qpos[None], camera=camera)
+    clip = Animation(model, np.zeros(1), qpos[None], camera=camera)
     blank = np.full((SIZE[1], SIZE[0], 3), 244, np.uint8)
     view = View(np.zeros(2), np.ones(2), SIZE)
     painter = Painter(clip)

@@ -18,7 +18,7 @@ import numpy as np
 from simrecon import evidence
 from simrecon.bench import suite
 from simrecon.drawing import canvas, overlay, video
-from simrecon.drawing.clip import Clip
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View
 from simrecon.io.npz import load
@@ -53,7 +53,7 @@ def _row(fits: Path, data: Path, name: str) -> canvas.Image:
     model = mujoco.MjModel.from_xml_string(str(arrays.array("mjcf")))
     seen, _ = evidence.resample(evidence.read(data / str(clip.evidence)))
     still = np.tile(model.qpos0[qpos.shape[1] :], (len(qpos), 1))  # items that can move, where they stand
-    drawn = Clip(
+    drawn = Animation(
         model,
         times,
         np.hstack((qpos, still)),

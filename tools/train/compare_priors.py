@@ -24,7 +24,7 @@ from sklearn.mixture import GaussianMixture
 from simrecon import body as bodies
 from simrecon import kinematics, prior
 from simrecon import scene as scenes
-from simrecon.drawing.clip import Clip
+from simrecon.drawing.animation import Animation
 from simrecon.drawing.overlay import contact_sheet
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.stage import upright
@@ -98,7 +98,9 @@ def samples(path: Path, count: int = 12) -> None:
     model = mujoco.MjModel.from_xml_string(scenes.build(person.mjcf, Scene(), 0.01))
     reach = np.array([0.75, 0.75, 0.0])
     camera = three_quarter(-reach, reach + np.array([0.0, 0.0, 1.75]), 0.0)
-    clip = Clip(model=model, times_s=np.zeros(count), qpos=qpos, camera=camera, ground_m=np.zeros((1, 2)))
+    clip = Animation(
+        model=model, times_s=np.zeros(count), qpos=qpos, camera=camera, ground_m=np.zeros((1, 2))
+    )
     width, height = camera.lens.image_size_px
     view = View(np.zeros(2), np.full(2, 0.45), (round(0.45 * width), round(0.45 * height)))
     norms = np.sqrt(prior.flow().squared(sampled)[0])

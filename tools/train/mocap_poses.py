@@ -48,7 +48,7 @@ BONES = {"pelvis": ("root", "Pelvis"), "spine": ("lowerback", "Waist"), "chest":
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class MocapClip:
     """Poses of one recording.
 
     Attributes:
@@ -82,7 +82,7 @@ class _Bone:
 _ROW = {name: i for i, name in enumerate(bodies.template().names)}
 
 
-def read_cmu(folder: Path) -> list[Clip]:
+def read_cmu(folder: Path) -> list[MocapClip]:
     """All clips of the unpacked archive, `cmu_amc` and `cmu_bvh` in `folder`."""
     amc = [_amc(path) for path in sorted(folder.glob("cmu_amc/*/*.amc"))]
     bones = {name: bone for name, (_, bone) in BONES.items()}
@@ -100,7 +100,7 @@ def read_cmu(folder: Path) -> list[Clip]:
     )
 
 
-def read_mass(folder: Path) -> list[Clip]:
+def read_mass(folder: Path) -> list[MocapClip]:
     """The BVH clips of MASS: their zero pose is our T-pose, but for axes; only the chest bends."""
     bones = {"pelvis": "Hips", "spine": "Spine", "chest": "Spine1", "neck": "Neck", "head": "Head"}
     parts = ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand")
@@ -117,7 +117,7 @@ def read_mass(folder: Path) -> list[Clip]:
     return clips
 
 
-def read_keyframes(folder: Path) -> list[Clip]:
+def read_keyframes(folder: Path) -> list[MocapClip]:
     """CMU's acrobatics as points by frame (MuJoCo MPC), fitted like a 3D estimate; wrists and head rest.
 
     The clip that the archive holds too is left out.
@@ -150,7 +150,7 @@ def read_keyframes(folder: Path) -> list[Clip]:
         joints = qpos[:, 7:].reshape(len(qpos), 16, 4).copy()
         joints[:, unseen] = rotations.exp(prior.gaussian(bodies.template()).mean_rad[unseen])
         clips.append(
-            Clip(f"{int(subject):02d}_{int(number):02d}", "points", joints, np.empty((len(qpos), 17, 4)))
+            MocapClip(f"{int(subject):02d}_{int(number):02d}", "points", joints, np.empty((len(qpos), 17, 4)))
         )
     return clips
 
@@ -170,7 +170,7 @@ def _head_offset(world: Array) -> Array:
     return _mean(rotations.multiply(rotations.conjugate(still[:, _ROW["head"]]), upright), (0,))
 
 
-def _centred(clips: list[Clip]) -> list[Clip]:
+def _centred(clips: list[MocapClip]) -> list[MocapClip]:
     """Wrists and ankles turned, by subject and format, to the mean of all subjects while standing.
 
     Their markers sit where they were stuck; medians of wrists differ by up to 70° between subjects.
@@ -216,13 +216,13 @@ def _anatomical(world: Array, head: Array) -> Array:
     return world
 
 
-def clip(name: str, source: str, world: Array) -> Clip:
+def clip(name: str, source: str, world: Array) -> MocapClip:
     """From orientations (T, 17, 4)."""
     skeleton = bodies.template()
     parents = skeleton.parents[1:]
     relative = rotations.multiply(rotations.conjugate(world[:, parents]), world[:, 1:])
     joints = rotations.multiply(rotations.conjugate(skeleton.rest[1:]), relative)
-    return Clip(name, source, rotations.canonical(joints), world)
+    return MocapClip(name, source, rotations.canonical(joints), world)
 
 
 def _name(path: Path) -> str:

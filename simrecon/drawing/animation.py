@@ -13,7 +13,7 @@ from simrecon.types import Array, Camera, Motion, Part
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class Animation:
     """What is drawn. T frames, J landmarks, C body parts.
 
     Attributes:
