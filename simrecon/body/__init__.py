@@ -6,6 +6,7 @@ import numpy as np
 
 from simrecon.body import mjcf, primitives, shaped, shaped_primitives
 from simrecon.body.lengths import (
+    bone_names,
     length_names,
     length_offsets,
     length_shares,
@@ -24,6 +25,7 @@ __all__ = [
     "Primitive",
     "Shape",
     "ShapeRequest",
+    "bone_names",
     "build",
     "length_names",
     "length_offsets",

@@ -141,6 +141,11 @@ def stated_lengths() -> tuple[str, ...]:
     return (*(entry["name"] for entry in _lengths()), *STATED)
 
 
+def bone_names() -> tuple[str, ...]:
+    """Names of the lengths along which nothing bends."""
+    return tuple(entry["name"] for entry in _lengths() if entry.get("bone"))
+
+
 def length_names() -> tuple[str, ...]:
     """Names of the lengths that scale an offset, L of them."""
     return tuple(entry["name"] for entry in _lengths() if entry["scales"])

@@ -8,7 +8,7 @@ from functools import partial
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.geometry import camera as cameras
-from simrecon.kinematics import floor, person, search, terms, world
+from simrecon.kinematics import bones, floor, person, search, terms, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -36,11 +36,12 @@ def fit(
         request: the body's shape; None: primitives by the proportions of `models/body/primitives.toml`.
 
     Raises:
-        InputError: nothing in the evidence can be used, or no such shape.
+        InputError: nothing in the evidence can be used, no such shape, or bones that are not those measured.
     """
     worth = trust.of(evidence)
     known = floor.known(evidence, scene, worth)
     skeleton, shape, tall = person.measured(evidence, request, plan, worth, floor=known)
+    bones.check(evidence, skeleton)
     points = by_point(evidence, skeleton)
     camera = world.provisional(evidence)
     plan = terms.switched(trust.weighed(plan, worth))
@@ -65,7 +66,9 @@ def fit(
         variables, more = _minimise(problem, variables)
         iterations += more
     distribution = "standard" if request is None else request.distribution
-    return result(evidence, camera, problem, variables, shape, distribution, iterations)
+    fitted = result(evidence, camera, problem, variables, shape, distribution, iterations)
+    bones.check(evidence, fitted.body.skeleton)
+    return fitted
 
 
 def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:

@@ -58,6 +58,7 @@ def height_m(problem: Problem, variables: Variables, parts: tuple[Primitive, ...
 
 def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ...], *, tilt: bool) -> Array:
     """Transform (4, 4) that brings the ground under the person to the scene's (Gärtner 2022, eq. 7)."""
-    move = ground.transform(*_skin(problem, variables, parts, _spread(problem.frames)), tilt=tilt)
+    skin = _skin(problem, variables, parts, _spread(problem.frames))
+    move = ground.transform(*skin, tilt=tilt, scene=problem.scene)
     move[2, 3] += problem.scene.ground.height_m
     return move

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simrecon import trust
 from simrecon.body import names
 from simrecon.geometry import camera as cameras
+from simrecon.kinematics import bones
 from simrecon.metrics import pose
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import SIMULATED
@@ -31,6 +32,7 @@ class Agreement:
         fit_mean_m: mean distance of the simulated body's points from the kinematic fit; fit_max_m: of the
             frame where it is largest; fit_max_s: its time.
         input_mean_m: mean distance of the kinematic fit from the joints of a metric source.
+        bone: of the body that differs most from that of a metric source; bone_pct: how much longer it is, %.
         fell: whether the pelvis was far below the kinematic fit's for some time.
     """
 
@@ -42,6 +44,8 @@ class Agreement:
     fit_max_m: float
     fit_max_s: float
     input_mean_m: float | None
+    bone: str | None
+    bone_pct: float | None
     fell: bool
 
 
@@ -51,6 +55,8 @@ def make(run: Reconstruction) -> Agreement:
     times = run.motion.times_s[kept]
     off = pose.distances(run.motion.joints_m[kept], _fitted(run)[kept]).mean(axis=1)  # (S,) m
     error, person, height = _in_image(run, kept)
+    longer = bones.apart(run.evidence, run.fit.body.skeleton)
+    bone = max(longer, key=lambda name: abs(longer[name]), default=None)
     return Agreement(
         image_px=error,
         image_person_pct=None if error is None or not person else 100 * error / person,
@@ -60,6 +66,8 @@ def make(run: Reconstruction) -> Agreement:
         fit_max_m=float(off.max()),
         fit_max_s=float(times[off.argmax()]),
         input_mean_m=_from_input(run),
+        bone=bone,
+        bone_pct=None if bone is None else 100 * longer[bone],
         fell=ending.fell(run.motion),
     )
 

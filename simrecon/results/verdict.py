@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simrecon.io.messages import counted
+from simrecon.kinematics import bones
 from simrecon.results import ending as endings
 from simrecon.types import Report
 
@@ -38,6 +39,10 @@ PENETRATION_MM = (50.0, 150.0)
 """Deepest point under the floor: contacts give way by 10 to 20 mm in hard landings."""
 INPUT_M = (0.03, 0.10)
 """Mean distance of the kinematic fit from the joints of motion capture: names may mean points 2 cm apart."""
+
+BONE_PCT = (100 * bones.SAID, 100 * bones.MOST)
+"""Of the length that motion capture measured: persons of one stature differ by less. What is beyond the
+second is refused before, unless the motion was put on another body."""
 
 
 SAME_SHARE = 0.01
@@ -191,8 +196,20 @@ def _input(report: Report) -> list[Reason]:
     return [Reason(level, text, "check the names of the joints, the unit and the axis that points up")]
 
 
+def _bone(report: Report) -> list[Reason]:
+    bone, longer = report["agreement"]["bone"], report["agreement"]["bone_pct"]
+    level = _level(None if longer is None else abs(longer), BONE_PCT)
+    if level == GOOD:
+        return []
+    text = (
+        f"the body's {bone.replace('_', ' ')} is {abs(longer):.0f} % {'longer' if longer > 0 else 'shorter'} "
+        "than the motion capture has it"
+    )
+    return [Reason(level, text, "check --unit, --joints, --height-m and --betas")]
+
+
 RULES: tuple[Callable[[Report], list[Reason]], ...] = (
-    _image, _ended, _fell, _apart, _input, _lens, _unseen, _stature, _deep,
+    _image, _ended, _fell, _apart, _input, _bone, _lens, _unseen, _stature, _deep,
 )  # fmt: skip
 """In the order of what matters most within a level."""
 

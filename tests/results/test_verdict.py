@@ -33,6 +33,7 @@ CLEAN: dict[str, Any] = {
     "agreement": {
         "image_px": 9.0, "image_person_pct": 1.1, "image_height_pct": 0.5, "person_px": 820.0,
         "fit_mean_m": 0.02, "fit_max_m": 0.06, "fit_max_s": 1.2, "input_mean_m": None, "fell": False,
+        "bone": None, "bone_pct": None,
     },
     "kinematics": {"reprojection_median_px": 4.0},
     "frames": {"count": 179, "simulated": 179, "fallback": 0, "interpolated": 0},
@@ -66,6 +67,7 @@ def test_a_clean_result_is_good() -> None:
         ({"agreement": {"fit_max_m": 0.38}}, "bad", "38 cm at 1.20 s"),
         ({"agreement": {"fell": True}}, "bad", "fell"),
         ({"agreement": {"input_mean_m": 0.05}}, "doubtful", "5 cm beside the joints of the motion capture"),
+        ({"agreement": {"bone": "hip_width", "bone_pct": -18.2}}, "doubtful", "hip width is 18 % shorter"),
         ({"assumed": {"lens": {**CLEAN["assumed"]["lens"], "fov_deg": 65.0}}}, "doubtful", "37 to 43°"),
         (
             {"frames": {"fallback": 3, "simulated": 176}, "ending": FELL},

@@ -1,6 +1,6 @@
 """How closely the kinematic fit follows motion capture, clip by clip.
 
-usage: python -m tools.study.mocap --data DATA [--seconds S] [--every N]
+usage: python -m tools.study.mocap --data DATA [--seconds S] [--every N] [--page docs/studies/mocap.md]
 
 All BVH, the marker trials, and the recorded motions that the clips `synth_*` were made from. Of each: the
 mean distance of the fit's joints from the file's (MPJPE-G) over all joints but the neck, which rigs put
@@ -14,7 +14,7 @@ import argparse
 import tarfile
 import tempfile
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,31 +29,60 @@ from simrecon.types import Array, Evidence, KinematicFit, Scene
 
 RATE_HZ = 30.0
 LEFT_OUT = ("neck",)
+BEGIN, END = "<!-- table: written by tools/study/mocap.py -->\n", "<!-- end of table -->"
+HEAD = (
+    "| clip | frames | MPJPE-G, mm | farthest joint, mm | path of the hips, % | stature, m |",
+    "|---|---|---|---|---|---|",
+)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """How closely a clip was followed: a line of the table, the mean error, and the path's excess in %."""
+
+    line: str
+    mean_mm: float
+    path_pct: float
 
 
 def main() -> None:
-    """Print a table."""
+    """Print a table, and write it into a page between its marks."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--seconds", type=float, default=8.0, help="of each clip, from its begin")
     parser.add_argument("--every", type=int, default=1, help="only one clip of so many")
+    parser.add_argument("--page", type=Path, help="a page with the marks between which the table goes")
     options = parser.parse_args()
-    print("| clip | frames | MPJPE-G, mm | farthest joint, mm | path of the hips, % | stature, m |")
-    print("|---|---|---|---|---|---|", flush=True)
-    means = []
+    lines = []
+    for line in table(options.data, options.seconds, options.every):
+        print(line, flush=True)
+        lines.append(line)
+    if options.page:
+        page = options.page.read_text(encoding="utf-8")
+        before, after = page.split(BEGIN)[0], page.split(END)[1]
+        options.page.write_text("\n".join([before + BEGIN, *lines, "", END]) + after, encoding="utf-8")
+
+
+def table(data: Path, seconds: float, every: int) -> Iterator[str]:
+    """Lines of the table, and the summary below it, as they are known."""
+    yield from HEAD
+    done = []
     with tempfile.TemporaryDirectory() as folder:
-        for clip, seen in list(clips(options.data, Path(folder)))[:: options.every]:
+        for clip, seen in list(clips(data, Path(folder)))[::every]:
             if isinstance(seen, InputError):
-                print(f"| {clip} | refused: {seen} |", flush=True)
+                yield f"| {clip} | refused: {seen} |"
                 continue
-            cut = shortened(seen, options.seconds)
-            fit = kinematics.fit(cut, Scene(), plans.read("default").kinematics)
-            line, mean = row(clip, cut, fit)
-            means.append(mean)
-            print(line, flush=True)
-    print(f"\n{len(means)} clips: mean {np.mean(means):.1f} mm, worst {np.max(means):.1f} mm")
+            cut = shortened(seen, seconds)
+            done.append(row(clip, cut, kinematics.fit(cut, Scene(), plans.read("default").kinematics)))
+            yield done[-1].line
+    means, paths = [each.mean_mm for each in done], [abs(each.path_pct) for each in done]
+    yield ""
+    yield (
+        f"The first {seconds:g} s of {len(done)} clips: mean {np.mean(means):.1f} mm, worst clip "
+        f"{np.max(means):.1f} mm; path of the hips within {np.max(paths):.1f} %."
+    )
 
 
 def clips(data: Path, folder: Path) -> Iterator[tuple[str, Evidence | InputError]]:
@@ -94,8 +123,8 @@ def shortened(seen: Evidence, seconds: float) -> Evidence:
     return resample(cut)[0]
 
 
-def row(clip: str, seen: Evidence, fit: KinematicFit) -> tuple[str, float]:
-    """A line of the table, and the clip's mean error, mm."""
+def row(clip: str, seen: Evidence, fit: KinematicFit) -> Followed:
+    """How closely a fit follows the joints of a clip."""
     marks = kinematics.configurations(fit.body, fit.qpos)[1]  # (T, M, 3)
     off = {
         name: 1e3 * float(np.nanmean(np.linalg.norm(marks[:, point] - seen.joints_m[:, k], axis=-1)))
@@ -109,7 +138,7 @@ def row(clip: str, seen: Evidence, fit: KinematicFit) -> tuple[str, float]:
     longer = 100 * (ours_m / path_m - 1)
     mean = float(np.mean(list(off.values())))
     cells = f"{len(marks)} | {mean:.1f} | {worst} {off[worst]:.0f} | {longer:+.1f} | {fit.body.height_m:.2f}"
-    return f"| {clip} | {cells} |", mean
+    return Followed(f"| {clip} | {cells} |", mean, longer)
 
 
 def path(places_m: Array) -> float:
