@@ -118,6 +118,8 @@ def _files(result: Result) -> Iterator[tuple[str, str]]:
     report, folder = result.report, Path(result.folder)
     if report["overlay"] is not None:
         yield "overlay", f"could not be drawn ({report['overlay']}); the motion is there"
+    if (lost := report.get("landmarks")) is not None:
+        yield "landmarks", f"could not be kept ({lost}); a rerun looks for them again"
     if (better := report.get("better")) is not None:
         yield "kept", f"{better} is better, and stays; --replace replaces it all the same"
     files = ", ".join(sorted(path.name for path in folder.iterdir()))

@@ -20,6 +20,7 @@ from simrecon.drawing.canvas import Image
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, has_view
 from simrecon.errors import InputError
+from simrecon.io.messages import counted
 from simrecon.types import Camera, Evidence, IntArray
 
 __all__ = ["Animation", "check_video", "contact_sheet", "render", "sheet", "write"]
@@ -105,7 +106,7 @@ def render(
         yield painter.draw(frame, view, image)
         drawn += 1
     if drawn < len(clip.times_s):
-        raise InputError(f"there are {drawn} images for {len(clip.times_s)} frames")
+        raise InputError(f"there are {counted(drawn, 'image')} for {counted(len(clip.times_s), 'frame')}")
 
 
 def sheet(

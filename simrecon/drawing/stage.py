@@ -17,6 +17,7 @@ from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, has_view, three_quarter
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.io.messages import counted
 from simrecon.sim.models import compile_text
 from simrecon.sim.poses import posed
 from simrecon.types import Array, Body, Camera, KinematicFit, Scene
@@ -40,7 +41,7 @@ def draw(scene: Scene, fit: KinematicFit | None = None) -> Image:
         return _paint(scene, person, beside(scene, person), None, _title(scene))
     frames = np.unique(np.linspace(0, len(fit.qpos) - 1, POSES).round().astype(int))
     times = f"{fit.times_s[frames[0]]:.2f} to {fit.times_s[frames[-1]]:.2f} s"
-    first = _paint(scene, fit.body, fit.qpos[frames], None, f"{len(frames)} poses, {times}")
+    first = _paint(scene, fit.body, fit.qpos[frames], None, f"{counted(len(frames), 'pose')}, {times}")
     if fit.camera is None or not has_view(fit.camera):
         return first
     middle = int(frames[len(frames) // 2])

@@ -8,6 +8,7 @@ import numpy as np
 
 from simrecon import body as bodies
 from simrecon.io.arrays import Arrays, listed
+from simrecon.io.messages import counted
 from simrecon.types import Array, Camera, Evidence, Lens, Part
 
 FRAMES = ("world", "camera", "camera_root_relative")
@@ -61,7 +62,7 @@ def part(arrays: Arrays, frames: int) -> Part | None:
     last = first + every * (frames - 1)
     if (values != [first, every, count]).any() or first < 0 or every < 1 or count < 0 or 0 < count <= last:
         valid = "the number of the first frame, the step to the next, and how many there are (0: not known)"
-        arrays.fail(PART, f"{values.tolist()} for {frames} frames", valid)
+        arrays.fail(PART, f"{values.tolist()} for {counted(frames, 'frame')}", valid)
     return Part(first, every, count)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.io.messages import counted
 from simrecon.types import Array
 
 PAPER_HZ = 30.0
@@ -45,7 +46,7 @@ def covered_times(motion_times_s: Array, truth_times_s: Array) -> Array:
     times = truth_times_s[(truth_times_s >= start) & (truth_times_s <= end)]
     if len(times) < 3:
         raise InputError(
-            f"times_s: found {len(times)} frames of the reference from {start:.3f} to {end:.3f} s, "
-            f"which the motion covers; valid: three or more"
+            f"times_s: found {counted(len(times), 'frame')} of the reference from {start:.3f} to {end:.3f} "
+            f"s, which the motion covers; valid: three or more"
         )
     return np.asarray(times)

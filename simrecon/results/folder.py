@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from simrecon.errors import InputError
+from simrecon.errors import InputError, SimreconError
 from simrecon.io.atomic import cannot_write
 
 SCHEMA = "simrecon.result/1"
@@ -63,8 +63,9 @@ def replacing(folder: Path | str) -> Iterator[Place]:
     """A folder beside the target to write into, which takes its place when the block ends without an error.
 
     Raises:
-        InputError: it can't be written. If it is whole but for its place, it is kept, and the message says
-            where.
+        InputError: it can't be written.
+        SimreconError: something else went wrong after the motion was there. Either way what can be replayed
+            is kept, and the message says where.
     """
     target = Path(folder).resolve()
     place = Place(target.with_name(f".{target.name}.{os.getpid()}.partial"), target)
@@ -78,14 +79,25 @@ def replacing(folder: Path | str) -> Iterator[Place]:
         _put_in_place(place.partial, place.target)
         whole, made = False, []
     except OSError as error:
+        whole = whole or _is_usable(place.partial)
         kept = f"; the result is kept in {place.partial}" if whole else ""
         raise InputError(f"{cannot_write(folder, error)}{kept}") from error
+    except Exception as error:
+        if not (whole := _is_usable(place.partial)):
+            raise
+        reason = str(error) if isinstance(error, SimreconError) else f"{type(error).__name__}: {error}"
+        raise SimreconError(f"{folder}: {reason}; the motion is kept in {place.partial}") from error
     finally:
         if not whole:
             shutil.rmtree(place.partial, ignore_errors=True)
             for parent in made:
                 with contextlib.suppress(OSError):
                     parent.rmdir()
+
+
+def _is_usable(partial: Path) -> bool:
+    """Whether all that replays the motion is there: the scene is written after motion and model."""
+    return (partial / SCENE).is_file()
 
 
 def free(target: Path) -> Path:

@@ -33,7 +33,7 @@ def write(
 ) -> Result:
     """Write a result folder.
 
-    A picture that can't be drawn costs a line in the report, never the motion.
+    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, never the motion.
 
     Args:
         job: of the result; its folder is made.
@@ -64,11 +64,30 @@ def write(
             place.target = folders.free(place.target)
         job = _settled(job, place, landmarks, overwrite=overwrite)
         content["input"]["name"], content["overlay"] = report.source_of(job), missing
-        (partial / folders.JOB).write_text(jobs.dumps(jobs.absolute(job)), encoding="utf-8")
-        atomic.write_json(partial / folders.REPORT, content)
-        if landmarks is not None and job.detected is not None:
-            atomic.write_bytes(job.detected, landmarks.read_bytes())
+        content["landmarks"] = None
+        _describe(partial, job, content)
+        if landmarks is not None and (lost := _keep(landmarks, job)):
+            job = replace(request.taken_anew(job, ("detected",)), detected=None)
+            content["landmarks"], content["input"]["name"] = lost, report.source_of(job)
+            _describe(partial, job, content)
     return open_result(Path(job.output) if place.target == Path(job.output).resolve() else place.target)
+
+
+def _describe(partial: Path, job: Job, content: Report) -> None:
+    """Write the job and the report."""
+    (partial / folders.JOB).write_text(jobs.dumps(jobs.absolute(job)), encoding="utf-8")
+    atomic.write_json(partial / folders.REPORT, content)
+
+
+def _keep(landmarks: Path, job: Job) -> str | None:
+    """Put the landmarks of a video beside the result; what kept them from being written, or None."""
+    if job.detected is None:
+        return None
+    try:
+        atomic.write_bytes(job.detected, landmarks.read_bytes())
+    except OSError as error:
+        return f"{job.detected}: {error.strerror or error}"
+    return None
 
 
 def _draw(partial: Path, job: Job, run: Reconstruction) -> str | None:

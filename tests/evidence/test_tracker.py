@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from simrecon.evidence.video import tracker
+from simrecon.evidence.video import detection, tracker
+from simrecon.evidence.video.blazepose import Pose, Region
 from simrecon.evidence.video.tracker import Choice, Tracker
 from tests.support import video_files as files
 from tests.support.video_files import BLUE, GREEN, RED, Person
@@ -38,6 +40,24 @@ def test_follows_without_detecting_again() -> None:
     first = network.calls["candidates"]
     assert first <= 1 + len(tracker.tiles(160, 120))
     assert made.losses == 0
+
+
+def test_the_largest_person_is_the_one_that_is_seen_largest() -> None:
+    class Deceived(files.Rectangles):
+        """Takes the region of the smaller person for far too large, as networks do of someone cut off."""
+
+        def pose(self, image: np.ndarray, region: Region) -> Pose:
+            pose = super().pose(image, region)
+            share = 4.0 if pose.region.centre_px[0] > 80 else 1.0
+            return replace(pose, region=replace(pose.region, side_px=share * pose.region.side_px))
+
+    image = files.scene([(40, 60, 100, RED), (130, 60, 40, GREEN)])
+    found = tracker.people(Deceived(), image)
+    assert [round(tracker.middle(pose)[0]) for pose in found] == [40, 130]
+    boxes = np.array([tracker.bounds(pose) for pose in found])
+    assert detection.described(boxes).startswith("1 (at 40,60, 1")
+    lying = np.array([[10.0, 50, 150, 90], [100, 20, 120, 100]])
+    assert detection.described(lying) == "1 (at 80,70, 140 px wide), 2 (at 110,60, 80 px high)"
 
 
 def test_does_not_hop_to_a_passer_by_who_covers_the_person() -> None:

@@ -21,8 +21,10 @@ from simrecon import body as bodies
 from simrecon import plan as plans
 from simrecon import replay, results
 from simrecon import scene as scenes
+from simrecon.cli import summary
 from simrecon.drawing import overlay
-from simrecon.errors import InputError
+from simrecon.errors import InputError, SimreconError
+from simrecon.io import atomic
 from simrecon.results import folder as folders
 from simrecon.results import report as reports
 from simrecon.types import Scene
@@ -226,10 +228,65 @@ def test_failure_leaves_nothing(run: Any, tmp_path: Path, monkeypatch: pytest.Mo
     def fail(*_: object) -> Any:
         raise InputError("no such thing")
 
-    monkeypatch.setattr(reports, "make", fail)
+    monkeypatch.setattr(scenes, "dumps", fail)
     with pytest.raises(InputError, match="no such thing"):
         results.write(job_of(tmp_path / "new" / "out"), run)
     assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (ValueError("odd"), "ValueError: odd; the motion is kept in"),
+        (SimreconError("no such thing"), "out: no such thing; the motion is kept in"),
+        (OSError(28, "No space left on device"), "No space left on device.*; the result is kept in"),
+    ],
+)
+def test_a_motion_whose_last_file_fails_is_kept(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, message: str
+) -> None:
+    def fail(*_: object) -> Any:
+        raise error
+
+    monkeypatch.setattr(reports, "make", fail)
+    with pytest.raises(SimreconError, match=message) as caught:
+        results.write(job_of(tmp_path / "out"), run)
+    kept = Path(str(caught.value).rsplit(" is kept in ", 1)[1])
+    assert results.read_motion(kept).times_s.tolist() == run.motion.times_s.tolist()
+    assert (kept / "model.xml").is_file()
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupted_write_leaves_nothing(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(reports, "make", stop)
+    with pytest.raises(KeyboardInterrupt):
+        results.write(job_of(tmp_path / "out"), run)
+    assert names(tmp_path) == []
+
+
+def test_landmarks_that_cannot_be_kept_cost_a_line(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    landmarks = tmp_path / "found.npz"
+    landmarks.write_bytes(b"landmarks")
+    write_bytes = atomic.write_bytes
+
+    def fail(path: Any, content: bytes) -> None:
+        if str(path).endswith(".evidence.npz"):
+            raise OSError(13, "Permission denied")
+        write_bytes(path, content)
+
+    monkeypatch.setattr(atomic, "write_bytes", fail)
+    out = tmp_path / "out"
+    written = results.write(job_of(out, detected=str(landmarks)), run, landmarks=landmarks)
+    assert written.report["landmarks"] == f"{out}.evidence.npz: Permission denied"
+    assert written.job.detected is None
+    assert "could not be kept" in summary.of(written)
 
 
 def test_a_result_that_only_lacks_its_place_is_kept(

@@ -9,6 +9,7 @@ import numpy as np
 from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import entries, layouts, tracks
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 COORDINATES = ("x", "y", "likelihood")
@@ -55,11 +56,11 @@ def read(content: Content, options: Options) -> Evidence:
 
 def _numbers(content: Content, line: str, row: list[str], count: int) -> tuple[int, Array]:
     """Number of a row's frame, and its landmarks (N, 3): x, y, likelihood; NaN where there is none."""
-    valid = f"the number of the frame and {count} numbers"
+    valid = f"the number of the frame and {counted(count, 'number')}"
     try:
         frame, values = int(float(row[0])), np.array([float(word) if word else np.nan for word in row[1:]])
     except (ValueError, OverflowError) as error:
         raise content.fail(line, str(error), valid) from error
     if len(values) != count:
-        raise content.fail(line, f"{len(values)} numbers after the first", valid)
+        raise content.fail(line, f"{counted(len(values), 'number')} after the first", valid)
     return frame, entries.bounded(content, line, values).reshape(-1, 3)

@@ -10,6 +10,7 @@ import numpy as np
 
 from simrecon.evidence.content import Content
 from simrecon.evidence.values import as_array
+from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Confidences: 0 to 1, or a visibility of 0 to 2; some networks exceed that.
@@ -57,8 +58,8 @@ def triples(content: Content, key: str, value: Any, count: int) -> Array:
     """A flat list of x, y and confidence, (J, 3), or a list of such triples."""
     flat = floats(content, key, value).reshape(-1)
     if len(flat) % 3 or (count and len(flat) != 3 * count):
-        valid = "x, y, confidence of each landmark" + (f", {count} landmarks" if count else "")
-        raise content.fail(key, f"{len(flat)} numbers", valid)
+        valid = "x, y, confidence of each landmark" + (f", {counted(count, 'landmark')}" if count else "")
+        raise content.fail(key, f"{counted(len(flat), 'number')}", valid)
     listed = flat.reshape(-1, 3)
     third = listed[np.isfinite(listed[:, 2]), 2]
     low, high = SCORES

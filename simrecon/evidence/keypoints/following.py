@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from simrecon.evidence import people
 from simrecon.evidence.content import Content
+from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # A detection belongs to a track if its points moved less than this share of the person's size, and more after
@@ -59,7 +60,7 @@ def follow(
     seen = [one for one in detections if np.isfinite(one.points_px).all(axis=-1).any()]
     empty = len(detections) - len(seen)
     seen, twice = _once(seen)
-    notes = [f"{empty} people without landmarks left out"] if empty else []
+    notes = [f"{counted(empty, 'person', 'people')} without landmarks left out"] if empty else []
     notes += [f"{twice} detections that are there twice left out"] if twice else []
     grouped = _named(seen)
     reason = _doubt(grouped)

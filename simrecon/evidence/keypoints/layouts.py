@@ -11,6 +11,7 @@ from typing import Any
 from simrecon import resources
 from simrecon.body import names as body_names
 from simrecon.evidence.content import Content
+from simrecon.io.messages import counted
 
 # Counted from the wrist on: thumb's second knuckle, first knuckles of index and little finger.
 _HAND = {"thumb": 2, "index": 5, "pinky": 17}
@@ -75,12 +76,12 @@ def by_count(content: Content, order: Order, count: int, choice: str | None = No
     if choice is not None and len(layout(choice)) != count:
         fitting = ", ".join(name for name in all_names() if len(layout(name)) == count)
         raise content.fail(
-            "--layout", f"{choice} for {count} landmarks", fitting or "a file of another number"
+            "--layout", f"{choice} for {counted(count, 'landmark')}", fitting or "a file of another number"
         )
     fitted = (choice,) if choice else tuple(name for name in order.allowed if len(layout(name)) == count)
     if not fitted:
         sizes = ", ".join(f"{len(layout(name))} ({name})" for name in order.allowed)
-        raise content.fail(order.key, f"{count} landmarks", sizes)
+        raise content.fail(order.key, f"{counted(count, 'landmark')}", sizes)
     return fitted
 
 

@@ -19,6 +19,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import entries, following, layouts, mediapipe_frames, solid, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 NAMES = layouts.layout("blazepose_33")
@@ -40,7 +41,7 @@ def read(content: Content, options: Options) -> Evidence:
         seen = [_landmarks(content, frame.key, one) for one in frame.image]
         space = [_landmarks(content, frame.key, one) for one in frame.world]
         if seen and space and len(seen) != len(space):
-            text = f"{len(seen)} people in the image and {len(space)} in space"
+            text = f"{counted(len(seen), 'person', 'people')} in the image and {len(space)} in space"
             raise content.fail(frame.key, text, "as many")
         for k, values in enumerate(seen if in_image else space):
             detections.append(
@@ -86,7 +87,7 @@ def _landmarks(content: Content, key: str, person: Any) -> Array:
     """x, y, z, visibility, presence (33, 5) of a person."""
     rows = mediapipe_frames.values(person)
     if rows is None or len(rows) != COUNT:
-        text = f"{len(person)} landmarks" if rows is not None else "landmarks that are no numbers"
+        text = f"{counted(len(person), 'landmark')}" if rows is not None else "landmarks that are no numbers"
         raise content.fail(key, text, f"{COUNT} of x, y, z, with visibility and presence where known")
     return entries.bounded(content, key, np.array(rows))
 

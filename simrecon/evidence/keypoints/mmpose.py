@@ -20,6 +20,7 @@ from simrecon.evidence.content import Content, open_content
 from simrecon.evidence.keypoints import anatomy, entries, following, layouts, pixels, solid, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 ORDER = layouts.Order(
@@ -124,7 +125,9 @@ def _landmarks(content: Content, key: str, one: Any, count: int) -> tuple[Array,
         shapes = f"shapes {points.shape} and {scores.shape}"
         raise content.fail(f"{key}.keypoints", shapes, "(J, 2) or (J, 3), with keypoint_scores (J,)")
     if count and len(points) != count:
-        raise content.fail(f"{key}.keypoints", f"{len(points)} landmarks after {count}", "the same number")
+        raise content.fail(
+            f"{key}.keypoints", f"{counted(len(points), 'landmark')} after {count}", "the same number"
+        )
     return points, scores
 
 

@@ -17,6 +17,7 @@ from simrecon.evidence.keypoints import layouts, people3d, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.keypoints.people3d import Person
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Evidence
 
 OPENPOSE = 25
@@ -51,7 +52,7 @@ def read(content: Content, options: Options) -> Evidence:
             points = flat.reshape(-1, 2)[: len(joints)] * max(width, height)
             points -= [(max(width, height) - width) / 2, (max(width, height) - height) / 2]
             if len(points) < OPENPOSE or len(joints) < OPENPOSE:
-                raise content.fail(key, f"{len(joints)} joints", f"{OPENPOSE} or more")
+                raise content.fail(key, f"{counted(len(joints), 'joint')}", f"{OPENPOSE} or more")
             place = people3d.array(
                 content, f"{name}.camera[{k}]", _at(content, name, frame, "camera", k), (3,)
             )
@@ -75,5 +76,7 @@ def _row(content: Content, name: Any, frame: Any, key: str) -> list[Any]:
 def _at(content: Content, name: Any, frame: Any, key: str, index: int) -> Any:
     row = _row(content, name, frame, key)
     if index >= len(row):
-        raise content.fail(f"{name}.{key}", f"{len(row)} people", f"{index + 1} or more, as in tid")
+        raise content.fail(
+            f"{name}.{key}", counted(len(row), "person", "people"), f"{index + 1} or more, as in tid"
+        )
     return row[index]

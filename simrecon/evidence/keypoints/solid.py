@@ -16,6 +16,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import anatomy, layouts, pixels, tracks
 from simrecon.evidence.options import Options
 from simrecon.geometry import vectors
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence, IntArray
 
 # Hip to ankle, of stature (Winter 2009, fig. 4.1: thigh 0.245, shank 0.246).
@@ -83,7 +84,8 @@ def to_evidence(
         "a mirror image, by how knees and elbows bend: left and right of space exchanged" if mirrored else ""
     )
     parts = (
-        f"{len(keep)} landmarks in space of {len(names)}", layout, notes, unit, f"up axis {up} ({how})",
+        f"{counted(len(keep), 'landmark')} in space of {len(names)}",
+        layout, notes, unit, f"up axis {up} ({how})",
         mirror, place, tracks.numbering(frames),
     )  # fmt: skip
     return Evidence(

@@ -10,6 +10,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import anatomy, layouts, pixels
 from simrecon.evidence.keypoints.following import Detection, follow
 from simrecon.evidence.options import Options, times_s
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence, IntArray
 
 
@@ -78,7 +79,7 @@ def of_track(
     points, scores, kept = points[:, keep], scores[:, keep], tuple(names[i] for i in keep)
     frames = np.array([one.frame for one in track])
     doubts = pixels.check(content, points, scores, options)
-    parts = (f"{len(keep)} landmarks of {len(names)}", layout, notes, numbering(frames), doubts)
+    parts = (f"{counted(len(keep), 'landmark')} of {len(names)}", layout, notes, numbering(frames), doubts)
     return Evidence(
         times_s=frame_times(content, frames, options, stamps_s),
         keypoint_names=kept,

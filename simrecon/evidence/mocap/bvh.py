@@ -16,7 +16,7 @@ from simrecon.evidence.mocap.hierarchy import BoolArray, Joint
 from simrecon.evidence.mocap.points import NEEDED, points_evidence, stance
 from simrecon.evidence.options import Options
 from simrecon.geometry import vectors
-from simrecon.io.messages import hint
+from simrecon.io.messages import counted, hint
 from simrecon.types import Array, Evidence
 
 SHOWN = 60  # names of joints in a message
@@ -101,7 +101,7 @@ def _told(content: Content, given: list[str], told: tuple[str, ...]) -> dict[str
         same = same or [i for i, name in enumerate(given) if name and names.flat(name) == names.flat(theirs)]
         if len(same) != 1:
             there = f"{theirs!r}{hint(theirs, tuple(name for name in given if name))}"
-            found = f"{there}, which {len(same)} joints are called" if same else there
+            found = f"{there}, the name of {counted(len(same), 'joint')}" if same else there
             raise content.fail(
                 "--joints", found, f"one of {', '.join(name for name in given[:SHOWN] if name)}"
             )
@@ -115,11 +115,12 @@ def _placed(joints: list[Joint], on_top: BoolArray) -> str:
         joint.parent >= 0 and any(name.endswith("position") for name in joint.channels) for joint in joints
     )
     added = int(on_top.sum())
+    channels = f"position channels of {counted(count, 'joint')}"
     if not added:
-        return f"position channels of {count} joints stand for OFFSET"
+        return f"{channels} stand for OFFSET"
     if added == count:
-        return f"position channels of {count} joints are added to OFFSET"
-    return f"position channels of {count} joints: {added} are added to OFFSET, the others stand for it"
+        return f"{channels} are added to OFFSET"
+    return f"{channels}: {added} are added to OFFSET, the others stand for it"
 
 
 def _begins_apart(places: Array) -> bool:

@@ -12,6 +12,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import markers
 from simrecon.evidence.options import Options
 from simrecon.io.limits import size_text
+from simrecon.io.messages import counted
 from simrecon.system import extras
 from simrecon.types import Evidence
 
@@ -82,7 +83,6 @@ def _check_size(content: Content) -> None:
     before = max(start - 1, 0) * _BLOCK
     claimed = before + points * max(last - first + 1, 0) * (16 if floats else 8)
     if claimed > len(raw):
-        there = (
-            f"{points} points in {last - first + 1} frames ({size_text(claimed)}) in {size_text(len(raw))}"
-        )
+        there = f"{counted(points, 'point')} in {counted(last - first + 1, 'frame')} ({size_text(claimed)})"
+        there += f" in {size_text(len(raw))}"
         raise content.fail("header", there, "a whole C3D file")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.evidence.content import Content
+from simrecon.io.messages import counted
 from simrecon.types import Array
 
 BoolArray = NDArray[np.bool_]
@@ -59,7 +60,9 @@ def parse(content: Content) -> tuple[list[Joint], float, Array]:
     except ValueError as error:
         raise content.fail("MOTION", str(error), "numbers") from error
     if len(values) != frames * width:
-        there = f"{len(values)} values for {frames} frames of {width} channels"
+        there = (
+            f"{counted(len(values), 'value')} for {counted(frames, 'frame')} of {counted(width, 'channel')}"
+        )
         raise content.fail("MOTION", there, f"{frames * width} values: is the file whole?")
     if not np.isfinite(values).all():
         bad = int(np.argmax(~np.isfinite(values))) // max(width, 1)

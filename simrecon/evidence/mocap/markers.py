@@ -11,6 +11,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import centres, feet, functional, labels, planar, pointset, size
 from simrecon.evidence.mocap.pointset import NEEDED, PointSet
 from simrecon.evidence.options import Options
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 PLANAR_TRUST = "mocap,joints_m=0.03,place_m=0.03,assume=0.1"
@@ -50,7 +51,7 @@ def to_evidence(
     flat = planar.depth_axis(points.near_joints())
     centre, estimates, more = joints(content, points, flat)
     reading = [
-        f"{len(centre)} joints, unit {metre.name} ({metre.how}), up {axis} ({axis_how})",
+        f"{counted(len(centre), 'joint')}, unit {metre.name} ({metre.how}), up {axis} ({axis_how})",
         *points.notes,
         f"estimated from markers beside them: {', '.join(estimates)}" if estimates else "",
         "" if {"left_shoulder", "right_shoulder"} <= set(centre) else "no shoulders: the arms are unseen",

@@ -12,6 +12,7 @@ from simrecon.evidence.axes import find_unit, find_up, metres, to_z_up
 from simrecon.evidence.content import Content
 from simrecon.evidence.options import Options
 from simrecon.geometry import vectors
+from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 NEEDED = tuple(
@@ -60,7 +61,7 @@ def points_evidence(
     )
     unit_name, unit_how = find_unit(content.source, stature(seen), options.unit, unit, options.height_m)
     metre = metres(unit_name)
-    reading = f"{len(points)} joints, unit {unit_name} ({unit_how}), up {axis} ({how})"
+    reading = f"{counted(len(points), 'joint')}, unit {unit_name} ({unit_how}), up {axis} ({how})"
     return replace(
         seen,
         joints_m=seen.joints_m * metre,

@@ -17,6 +17,7 @@ from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
 from simrecon.evidence.values import branch
 from simrecon.io.arrays import Arrays
+from simrecon.io.messages import counted
 from simrecon.types import Array, Camera, Evidence
 
 STILL = 0.02
@@ -61,7 +62,7 @@ def _motion(
         rotations = smpl.pose_matrices(arrays, f"{prefix}rotmat", 55)[:, :22]
     numbers = branch(content, person, f"people.{name}.").finite(f"people.{name}.frames", ("T",))
     if len(numbers) != len(rotations):
-        text = f"{len(numbers)} frames for {len(rotations)} poses"
+        text = f"{counted(len(numbers), 'frame')} for {counted(len(rotations), 'pose')}"
         raise content.fail(f"people.{name}.frames", text, "one for each pose")
     numbers = smpl.check_frames(content, f"people.{name}.frames", numbers)
     return SmplMotion(
@@ -97,7 +98,7 @@ def _camera(
     if motion.frame == "camera":
         return carried.choose(lens, None, "the camera moves", carried.EACH_FRAME)
     if numbers.min() < 0 or numbers.max() >= len(turns):
-        reason = f"it has {len(turns)} frames for frame numbers to {numbers.max()}"
+        reason = f"it has {counted(len(turns), 'frame')} for frame numbers to {numbers.max()}"
         return carried.choose(lens, None, "the camera moves", reason)
     path = carried.along(turns[numbers], places[numbers])
     camera, used, text = carried.choose(lens, path, "the camera moves", carried.fault(path, motion, seen))

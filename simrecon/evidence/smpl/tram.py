@@ -19,6 +19,7 @@ from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
 from simrecon.evidence.values import branch
 from simrecon.io.arrays import Arrays
+from simrecon.io.messages import counted
 from simrecon.types import Camera, Evidence
 
 STILL_M, STILL_RAD = 0.05, np.radians(2.0)
@@ -67,7 +68,11 @@ def _with_camera(
     prefix = "world_cam" if world else "pred_cam"
     rotation, place = camera.finite(f"{prefix}_R", ("N", 3, 3)), camera.finite(f"{prefix}_T", ("N", 3))
     if numbers.max() >= len(rotation):
-        camera.fail(f"{prefix}_R", f"{len(rotation)} frames", f"{numbers.max() + 1} frames or more")
+        camera.fail(
+            f"{prefix}_R",
+            f"{counted(len(rotation), 'frame')}",
+            f"{counted(int(numbers.max()) + 1, 'frame')} or more",
+        )
     turn = np.abs(rotation[numbers] - rotation[numbers[:1]]).max()
     still = turn < STILL_RAD and np.linalg.norm(place[numbers] - place[numbers[:1]], axis=-1).max() < STILL_M
     motion = smpl.in_first_camera(seen, rotation[numbers], place[numbers])

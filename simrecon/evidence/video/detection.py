@@ -190,7 +190,7 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
             f"{path}: --person-at: {where} in {counted(count, 'frame')}; valid: a place on one of {there}"
         )
     if choice.number is not None and there:
-        people = f"at most {len(follower.first)} people at a time"
+        people = f"at most {counted(len(follower.first), 'person', 'people')} at a time"
         return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
     damaged = f", of {told}: the rest cannot be decoded" if count < told else ""
     nobody = f"found no person in {counted(count, 'frame')}{damaged}"
@@ -198,9 +198,10 @@ def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int
 
 
 def described(people_px: Array) -> str:
-    """People by number and middle of their landmarks, for messages."""
-    boxes = people_px.reshape(-1, 4)
-    return ", ".join(
-        f"{i + 1} (at {(b[0] + b[2]) / 2:.0f},{(b[1] + b[3]) / 2:.0f}, {b[3] - b[1]:.0f} px high)"
-        for i, b in enumerate(boxes)
-    )
+    """People by number, middle and longer side of their landmarks, for messages."""
+    words = []
+    for i, (left, top, right, bottom) in enumerate(people_px.reshape(-1, 4), 1):
+        wide, high = right - left, bottom - top
+        size = f"{high:.0f} px high" if high >= wide else f"{wide:.0f} px wide"
+        words.append(f"{i} (at {(left + right) / 2:.0f},{(top + bottom) / 2:.0f}, {size})")
+    return ", ".join(words)

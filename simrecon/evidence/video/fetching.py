@@ -18,6 +18,7 @@ from pathlib import Path
 from simrecon.errors import SimreconError
 from simrecon.evidence.video.weights import Weights, entry, folder, state
 from simrecon.io import atomic
+from simrecon.io.messages import counted
 
 NPM_PACKAGE = "@mediapipe/pose@0.5.1675469404"
 PIP_PACKAGE = "mediapipe==0.10.21"
@@ -134,7 +135,7 @@ def _by_pip(place: Path, files: Sequence[Weights], runner: Runner) -> None:
 def _only(place: Path, pattern: str) -> Path:
     matches = list(place.glob(pattern))
     if len(matches) != 1:
-        raise SimreconError(f"the package client left {len(matches)} files of {pattern}, not one")
+        raise SimreconError(f"the package client left {counted(len(matches), 'file')} of {pattern}, not one")
     return matches[0]
 
 

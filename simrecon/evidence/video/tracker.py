@@ -56,14 +56,19 @@ ANYBODY = Choice()
 
 def middle(pose: Pose) -> Array:
     """Middle of the trunk, (2,) px."""
-    result: Array = pose.points_px[list(TRUNK)].mean(axis=0)
-    return result
+    return np.asarray(pose.points_px[list(TRUNK)].mean(axis=0))
 
 
 def bounds(pose: Pose) -> Array:
     """x0 y0 x1 y1 of the landmarks that are seen."""
     points = pose.points_px[pose.scores >= 0.3] if (pose.scores >= 0.3).any() else pose.points_px
     return np.concatenate((points.min(axis=0), points.max(axis=0)))
+
+
+def size_px(pose: Pose) -> float:
+    """Longer side of the box of the landmarks that are seen."""
+    left, top, right, bottom = bounds(pose)
+    return float(max(right - left, bottom - top))
 
 
 def tiles(width: int, height: int) -> list[tuple[int, int, int, int]]:
@@ -88,7 +93,7 @@ def people(network: Network, image: Image) -> list[Pose]:
         pose = network.pose(image, candidate.region)
         if pose.presence >= PRESENCE_MIN and not any(_same(p.region, pose.region) for p in poses):
             poses.append(pose)
-    return sorted(poses, key=lambda pose: -pose.region.side_px)
+    return sorted(poses, key=lambda pose: -size_px(pose))
 
 
 def _same(a: Region, b: Region) -> bool:
