@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 from simrecon.cli import options
 from simrecon.cli.stages import Stages
@@ -11,6 +13,7 @@ from simrecon.errors import InputError
 from simrecon.job import Job, inputs
 from simrecon.job.text import options as job_options
 from simrecon.job.text import with_options
+from simrecon.results import folder, open_result
 from simrecon.types import Evidence
 
 READING = ("reading",)
@@ -46,7 +49,31 @@ def job(parsed: argparse.Namespace, path: str | None) -> Job:
             raise InputError(f"{', '.join(flags or ['--video'])}: found no EVIDENCE for it; valid: name one")
         return Job("", "")
     own = {option.name for option in job_options() if option.section or option.name == "video"}
-    return with_options(Job(path, ""), {name: value for name, value in given.items() if name in own})
+    before = _of_result(path) if is_result(path) else Job(path, "")
+    asked = with_options(before, {name: value for name, value in given.items() if name in own})
+    if options.detected_by(before) != options.detected_by(asked):
+        asked = replace(asked, detected=None)
+    return asked
+
+
+def is_result(path: str) -> bool:
+    """Whether a path is the folder of a result, whose evidence is meant."""
+    return (Path(path) / folder.REPORT).is_file() and (Path(path) / folder.MOTION).is_file()
+
+
+def _of_result(path: str) -> Job:
+    """The job of reading what a result was made from, with the landmarks that are kept of a video.
+
+    Raises:
+        InputError: there is no such evidence any more, or it never had any.
+    """
+    job = open_result(path).job
+    source = job.detected or job.input
+    if job.retarget:
+        raise InputError(f"{path}: found a motion that was retargeted; valid: the result that it is of")
+    if not Path(source).exists():
+        raise InputError(f"{source}: is not there, from which {path} was made; valid: its place of now")
+    return Job(job.input, "", job.reading, job.person, video=job.video, detected=job.detected)
 
 
 def observe(asked: Job) -> Evidence:

@@ -119,7 +119,7 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     said = given(parsed)
     values = defaults(getattr(parsed, "forget", None) or ()) | said
     again = with_options(replace(job, **changes), values)
-    if _FILES & set(said) or _detected_by(job) != _detected_by(again):
+    if _FILES & set(said) or detected_by(job) != detected_by(again):
         again = replace(again, detected=None)
     if again.start is not None and again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
@@ -128,7 +128,7 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     return request.taken_anew(again, (*values, *meshes))
 
 
-def _detected_by(job: Job) -> Reading:
+def detected_by(job: Job) -> Reading:
     """What the landmarks that are kept of a video depend on."""
     return replace(job.reading, ignore=(), trust=None)
 

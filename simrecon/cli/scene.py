@@ -66,7 +66,7 @@ def add(commands: Any) -> None:
     propose = arguments.command(
         actions, "suggest", scene_motion.propose, "suggest supports that the motion needs"
     )
-    propose.add_argument("evidence", metavar="EVIDENCE", help="as the INPUT of simrecon run")
+    propose.add_argument("evidence", metavar="EVIDENCE", help="as the INPUT of simrecon run, or a result")
     propose.add_argument(
         "--scene", metavar="FILE", help="scene file with what is known already [a floor at z = 0]"
     )
@@ -89,7 +89,8 @@ def _settings(parser: argparse.ArgumentParser, meaning: str, count: str = "*") -
 
 
 def _motion(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("evidence", metavar="EVIDENCE", nargs="?", help="the motion to draw or check")
+    text = "the motion to draw or check: an INPUT of simrecon run, or a result"
+    parser.add_argument("evidence", metavar="EVIDENCE", nargs="?", help=text)
     observing.add(parser)
 
 

@@ -33,7 +33,7 @@ def write(
 ) -> Result:
     """Write a result folder.
 
-    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, never the motion.
+    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, not the motion.
 
     Args:
         job: of the result; its folder is made.

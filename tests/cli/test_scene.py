@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 from simrecon import cli, evidence, kinematics, pipeline, resources, results, running, softfloor
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.cli import scene_motion
+from simrecon.cli import observing, scene_motion
 from simrecon.errors import InputError
 from simrecon.types import Evidence, Ground, Motion, Scene
 
@@ -209,6 +210,40 @@ def finished(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("out") / "result"
     assert cli.main(["run", str(clip), "-o", str(target), "--plan", "quick", "--threads", "1"]) == 0
     return target
+
+
+def test_scenes_look_at_what_a_result_was_made_from(
+    finished: Path, file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Evidence] = []
+
+    def fit(seen: Evidence, *_: Any) -> None:
+        asked.append(seen)
+        raise InputError("enough")
+
+    monkeypatch.setattr(kinematics, "fit", fit)
+    monkeypatch.setattr(kinematics, "fit_to_stature", fit)
+    result, room = str(finished), str(file)
+    for words in (["suggest", result], ["show", room, result], ["check", room, result]):
+        assert cli.main(["scene", *words, "--height-m", "1.7"]) == 2
+        assert "enough" in capsys.readouterr().err
+    assert [(len(seen.times_s), seen.height_m) for seen in asked] == [(16, 1.7)] * 3
+
+
+def test_a_video_s_landmarks_are_those_beside_its_result(finished: Path, clip: Path, tmp_path: Path) -> None:
+    parsed = cli._parser().parse_args(["scene", "suggest", "x", "--trust", "world"])
+    result = shutil.copytree(finished, tmp_path / "out")
+    text = (result / "job.toml").read_text(encoding="utf-8")
+    kept = f'input = "/nowhere/clip.mp4"\ndetected = "{clip}"'
+    (result / "job.toml").write_text(re.sub(r"(?m)^input = .*$", kept, text), encoding="utf-8")
+    asked = observing.job(parsed, str(result))
+    assert (asked.input, asked.detected, asked.reading.trust) == ("/nowhere/clip.mp4", str(clip), "world")
+    parsed = cli._parser().parse_args(["scene", "suggest", "x", "--fov", "50"])
+    assert observing.job(parsed, str(result)).detected is None  # to be looked for anew
+    clip_lost = kept.replace(str(clip), "/nowhere/out.evidence.npz")
+    (result / "job.toml").write_text(re.sub(r"(?m)^input = .*$", clip_lost, text), encoding="utf-8")
+    with pytest.raises(InputError, match="is not there, from which"):
+        observing.job(parsed, str(result))
 
 
 def test_rerun_starts_from_the_finished_motion(
