@@ -106,7 +106,7 @@ def render(
         yield painter.draw(frame, view, image)
         drawn += 1
     if drawn < len(clip.times_s):
-        raise InputError(f"there are {counted(drawn, 'image')} for {counted(len(clip.times_s), 'frame')}")
+        raise InputError(f"found {counted(drawn, 'image')} for {counted(len(clip.times_s), 'frame')}")
 
 
 def sheet(

@@ -406,7 +406,7 @@ def test_another_aspect_ratio_is_an_error_and_leaves_nothing(tmp_path: Path) -> 
 
 
 def test_too_few_images() -> None:
-    with pytest.raises(InputError, match="1 images for 2 frames"):
+    with pytest.raises(InputError, match="found 1 image for 2 frames"):
         list(overlay.render(clip(), black(1)))
 
 

@@ -276,10 +276,10 @@ def test_landmarks_that_cannot_be_kept_cost_a_line(
     landmarks.write_bytes(b"landmarks")
     write_bytes = atomic.write_bytes
 
-    def fail(path: Any, content: bytes) -> None:
+    def fail(path: Any, content: bytes, **how: Any) -> None:
         if str(path).endswith(".evidence.npz"):
             raise OSError(13, "Permission denied")
-        write_bytes(path, content)
+        write_bytes(path, content, **how)
 
     monkeypatch.setattr(atomic, "write_bytes", fail)
     out = tmp_path / "out"
