@@ -12,7 +12,7 @@ from simrecon import plan as plans
 from simrecon.io import provenance
 from simrecon.job.options import Person, Reading, option
 from simrecon.plan import Plan
-from simrecon.types import Scene
+from simrecon.types import Scene, frozen
 
 LARGEST_SEED = 2**63 - 1
 MOST_THREADS = 1024
@@ -61,6 +61,10 @@ class Job:
     start: str | None = None
     retarget: bool = False
     sha256: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Keep a copy of the hashes that nobody changes."""
+        object.__setattr__(self, "sha256", frozen(self.sha256))
 
 
 def files(job: Job) -> dict[str, str]:

@@ -11,6 +11,7 @@ from simrecon.types.arrays import Array, IntArray
 from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
 from simrecon.types.evidence import Evidence, Part
+from simrecon.types.frozen import FrozenMap, frozen
 from simrecon.types.motion import Motion, Report
 from simrecon.types.reference import KinematicFit, Reference
 from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
@@ -23,6 +24,7 @@ __all__ = [
     "Effort",
     "Evidence",
     "Friction",
+    "FrozenMap",
     "Ground",
     "Handover",
     "IntArray",
@@ -40,4 +42,5 @@ __all__ = [
     "Window",
     "WindowResult",
     "WindowStatus",
+    "frozen",
 ]

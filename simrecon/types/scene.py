@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from simrecon.types.frozen import frozen
+
 
 @dataclass(frozen=True)
 class Friction:
@@ -67,6 +69,10 @@ class SceneItem:
     yaw_rad: float = 0.0
     friction: Friction = Friction()
     mass_kg: float | None = None
+
+    def __post_init__(self) -> None:
+        """Keep a copy of the parameters that nobody changes."""
+        object.__setattr__(self, "parameters", frozen(self.parameters))
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import shutil
 import textwrap
@@ -110,6 +111,24 @@ def test_mistakes_are_one_line(job: Job, tmp_path: Path, change: tuple[str, str]
     assert words in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_job_is_frozen_in_depth_and_has_a_hash(job: Job, tmp_path: Path) -> None:
+    parameters: dict[str, Any] = {"size_m": [0.4, 1.2, 0.45]}
+    item, known = SceneItem("bench", "box", (0.0, 0.0, 0.0), parameters), request.hashes(job)
+    one = replace(job, scene=Scene(items=(item,)), sha256=known)
+    before = hash(one)
+    parameters["size_m"][0], known[job.input] = 9.0, "0"
+    assert one.scene.items[0].parameters == {"size_m": (0.4, 1.2, 0.45)}
+    (tmp_path / "job.toml").write_text(jobs.dumps(one), encoding="utf-8")
+    other = jobs.read(tmp_path / "job.toml")
+    copied = pickle.loads(pickle.dumps(one))
+    assert before == hash(one) == hash(other) == hash(copied)
+    assert {one, other, copied} == {one}
+    assert hash(replace(one, sha256={})) != before
+    for table in (one.sha256, one.scene.items[0].parameters):
+        with pytest.raises(TypeError):
+            table["a"] = 1  # type: ignore[index]
 
 
 def test_files_that_changed_are_found(job: Job, tmp_path: Path) -> None:
