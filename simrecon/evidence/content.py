@@ -74,6 +74,7 @@ class Content:
 
     def fail(self, key: str, found: str, valid: str) -> InputError:
         """The one-line error of a key, to be raised."""
+        found = " ".join(found.split())
         return InputError(f"{self.source}: {key}: found {found}; valid: {valid}")
 
 

@@ -10,6 +10,8 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from simrecon.errors import InputError
 from simrecon.evidence import applicable, cutting, joining, npz, own, plausible, upright
 from simrecon.evidence.content import Content, open_content
@@ -27,12 +29,14 @@ from simrecon.evidence.keypoints import (
 )
 from simrecon.evidence.mocap import bvh, c3d, trc
 from simrecon.evidence.options import Options
-from simrecon.evidence.smpl import amass, gvhmr, prompthmr, tram, wham
+from simrecon.evidence.smpl import amass, gvhmr, humanml3d, phc, prompthmr, threedpw, tram, wham
 from simrecon.evidence.video import reader as video
 from simrecon.geometry import camera as cameras
 from simrecon.types import Camera, Evidence
 
-_MISFITS = (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError)
+_MISFITS = (
+    TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError, MemoryError,
+)  # fmt: skip
 """What a reader ends in if a value deep in a file is of a kind that nobody thought of."""
 
 
@@ -62,8 +66,11 @@ READERS: tuple[Reader, ...] = (
     Reader("phalp", "4DHumans/PHALP", phalp.matches, phalp.read),
     Reader("prompthmr", "PromptHMR", prompthmr.matches, prompthmr.read),
     Reader("sam3d", "SAM 3D Body", sam3d.matches, sam3d.read),
+    Reader("3dpw", "3DPW", threedpw.matches, threedpw.read),
+    Reader("phc", "PHC", phc.matches, phc.read),
     Reader("amass", "AMASS", amass.matches_amass, amass.read_amass),
     Reader("smpl", "SMPL/SMPL-X parameters", amass.matches_smpl, amass.read_smpl),
+    Reader("humanml3d", "HumanML3D", humanml3d.matches, humanml3d.read),
     Reader("openpose", "OpenPose", openpose.matches, openpose.read),
     Reader("mmpose", "MMPose/RTMPose", mmpose.matches, mmpose.read),
     Reader("vitpose", "easy_ViTPose", vitpose.matches, vitpose.read),
@@ -159,7 +166,8 @@ def _noted(seen: Evidence, note: str) -> Evidence:
 
 def _as_it_is(content: Content, reader: Reader, options: Options) -> Evidence:
     try:
-        evidence = reader.read(content, options)
+        with np.errstate(all="ignore"):  # what comes of absurd numbers is refused by the checks
+            evidence = reader.read(content, options)
     except _MISFITS as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         valid = f"a file as {reader.title} has it; --debug shows where"

@@ -6,7 +6,9 @@ import functools
 import io
 import json
 import struct
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -19,6 +21,10 @@ from simrecon.io.arrays import listed
 from simrecon.io.limits import decompressed, size_text
 from simrecon.io.npz import parse_npz
 from simrecon.io.pickles import torch_files
+
+_DAMAGED = (
+    zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, NotImplementedError,
+)  # fmt: skip
 
 
 def _npz(source: str, raw: bytes) -> dict[str, Any]:
@@ -46,7 +52,7 @@ def npy(source: str, raw: bytes) -> NDArray[Any]:
             np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         )
         shape, fortran, dtype = read(stream)
-    except (ValueError, EOFError, struct.error, SyntaxError, TypeError) as error:
+    except (ValueError, EOFError, struct.error, SyntaxError, TypeError, tokenize.TokenError) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"{source}: found a damaged header ({reason}); valid: a whole .npy file") from error
     there = len(raw) - stream.tell()
@@ -74,8 +80,8 @@ def _torch(source: str, raw: bytes) -> Any:
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
             raw, storages = torch_files.archive_pickle(source, archive)
             return pickles.loads(source, raw, storages)
-    except (zipfile.BadZipFile, OSError, ValueError, RuntimeError, NotImplementedError) as error:
-        reason = " ".join(str(error).split())
+    except _DAMAGED as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{source}: found a damaged archive ({reason}); valid: a whole file") from error
 
 

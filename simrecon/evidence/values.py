@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from simrecon.evidence.content import Content
 from simrecon.io.arrays import Arrays
-from simrecon.io.limits import MAX_BYTES
+from simrecon.io.limits import MAX_BYTES, NUMBER_MAX
+from simrecon.types import Array
 
 
 def branch(content: Content, tree: Any, prefix: str) -> Arrays:
@@ -32,6 +33,14 @@ def branch(content: Content, tree: Any, prefix: str) -> Arrays:
         f"{prefix}{key}": array for key, value in tree.items() if (array := as_array(value)) is not None
     }
     return Arrays(content.source, arrays, content.sha256)
+
+
+def bounded(content: Content, key: str, values: Array) -> Array:
+    """The same numbers, NaN for infinite ones, if no place or score is beyond all sense."""
+    values = np.where(np.isfinite(values), values, np.nan)
+    if (np.abs(values) > NUMBER_MAX).any():
+        raise content.fail(key, f"a number of {np.nanmax(np.abs(values)):.3g}", "coordinates and confidences")
+    return values
 
 
 def as_array(value: Any) -> NDArray[Any] | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.io.limits import NUMBER_MAX
 from simrecon.types import Array
 
 
@@ -58,6 +59,8 @@ class Arrays:
         values: Array = array.astype(np.float64)
         if np.isinf(values).any():
             self.fail(key, "infinite values", "finite numbers, or NaN where the format allows it")
+        if (np.abs(values) > NUMBER_MAX).any():
+            self.fail(key, f"a number of {np.nanmax(np.abs(values)):.3g}", f"at most {NUMBER_MAX:g}")
         return values
 
     def finite(self, key: str, shape: tuple[int | str, ...]) -> Array:

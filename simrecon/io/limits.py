@@ -12,6 +12,9 @@ from simrecon.errors import InputError
 MAX_BYTES = 2 << 30
 """Largest file, largest decompressed content and largest array that a reader takes."""
 
+NUMBER_MAX = 1e12
+"""No coordinate, angle, time or confidence of a file is larger, in any unit."""
+
 _ZLIB, _GZIP, _BZIP2, _XZ, _LZMA = b"x", b"\x1f\x8b", b"BZh", b"\xfd7zXZ\x00", b"]\x00\x00"
 _UNSUPPORTED = {b"\x04\x22\x4d\x18": "lz4", b"\x28\xb5\x2f\xfd": "zstandard"}
 _STEP = 1 << 20

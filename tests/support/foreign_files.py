@@ -148,7 +148,7 @@ class _TorchPickler(pickle.Pickler):
         return self.torch._utils._rebuild_tensor_v2, (storage, 0, shape, stride, False, {})
 
 
-def save_torch(path: Path, tree: Any, claim: int | None = None) -> Path:
+def save_torch(path: Any, tree: Any, claim: int | None = None) -> Any:
     """A file as of `torch.save`, with arrays as tensors; `claim`: elements that each says it has."""
     stream = io.BytesIO()
     with fake_modules() as (torch, _):

@@ -7,8 +7,9 @@ import csv
 import numpy as np
 
 from simrecon.evidence.content import Content
-from simrecon.evidence.keypoints import entries, layouts, tracks
+from simrecon.evidence.keypoints import layouts, tracks
 from simrecon.evidence.options import Options
+from simrecon.evidence.values import bounded
 from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
@@ -63,4 +64,4 @@ def _numbers(content: Content, line: str, row: list[str], count: int) -> tuple[i
         raise content.fail(line, str(error), valid) from error
     if len(values) != count:
         raise content.fail(line, f"{counted(len(values), 'number')} after the first", valid)
-    return frame, entries.bounded(content, line, values).reshape(-1, 3)
+    return frame, bounded(content, line, values).reshape(-1, 3)

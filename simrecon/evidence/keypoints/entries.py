@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from simrecon.evidence.content import Content
-from simrecon.evidence.values import as_array
+from simrecon.evidence.values import as_array, bounded
+from simrecon.io.limits import NUMBER_MAX
 from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Confidences: 0 to 1, or a visibility of 0 to 2; some networks exceed that.
 SCORES = (-0.5, 10.0)
-NUMBER_MAX = 10**12
 
 
 def get(one: Any, key: str) -> Any:
@@ -39,12 +39,15 @@ def floats(content: Content, key: str, value: Any) -> Array:
     return bounded(content, key, array.astype(float))
 
 
-def bounded(content: Content, key: str, values: Array) -> Array:
-    """The same numbers, NaN for infinite ones, if no place or score is beyond all sense."""
-    values = np.where(np.isfinite(values), values, np.nan)
-    if (np.abs(values) > NUMBER_MAX).any():
-        raise content.fail(key, f"a number of {np.nanmax(np.abs(values)):.3g}", "coordinates and confidences")
-    return values
+def whole(content: Content, key: str, value: Any) -> int:
+    """A whole number, such as that of a frame; `key` is its place, for messages."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = np.nan
+    if not abs(number) <= NUMBER_MAX:
+        raise content.fail(key, f"{value!r:.40}", "a whole number")
+    return int(number)
 
 
 def lacks(one: Any, key: str) -> bool:

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from simrecon.evidence.content import Content
-from simrecon.evidence.keypoints import entries, following, layouts, mediapipe_frames, solid, tracks
+from simrecon.evidence.keypoints import following, layouts, mediapipe_frames, solid, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
+from simrecon.evidence.values import bounded
 from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
@@ -89,7 +90,7 @@ def _landmarks(content: Content, key: str, person: Any) -> Array:
     if rows is None or len(rows) != COUNT:
         text = f"{counted(len(person), 'landmark')}" if rows is not None else "landmarks that are no numbers"
         raise content.fail(key, text, f"{COUNT} of x, y, z, with visibility and presence where known")
-    return entries.bounded(content, key, np.array(rows))
+    return bounded(content, key, np.array(rows))
 
 
 def _scores(values: Array) -> Array:

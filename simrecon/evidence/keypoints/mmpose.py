@@ -105,7 +105,7 @@ def _frames(content: Content) -> Iterator[tuple[int | None, str, list[Any]]]:
             yield None, key, frame
         else:
             stated = entries.get(frame, "frame_id")
-            number = int(stated) if isinstance(stated, (int, float)) else None
+            number = None if stated is None else entries.whole(content, f"{key}.frame_id", stated)
             yield (
                 number,
                 f"{key}.instances",

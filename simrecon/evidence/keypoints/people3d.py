@@ -11,7 +11,7 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.keypoints import tracks
 from simrecon.evidence.keypoints.following import Detection, follow
 from simrecon.evidence.options import Options
-from simrecon.evidence.values import as_array
+from simrecon.evidence.values import as_array, bounded
 from simrecon.types import Array, Camera, Evidence, Lens
 
 AGREE_PX = 2.0
@@ -103,4 +103,4 @@ def array(content: Content, key: str, value: Any, shape: tuple[int | None, ...] 
         raise content.fail(key, f"shape {array.shape}", f"shape {str(shape).replace('None', 'J')}")
     if not np.isfinite(array).all():
         raise content.fail(key, "NaN or infinite values", "finite numbers")
-    return array.astype(float)
+    return bounded(content, key, array.astype(float))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from simrecon.evidence.content import Content
-from simrecon.evidence.keypoints import layouts, people3d, tracks
+from simrecon.evidence.keypoints import entries, layouts, people3d, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.keypoints.people3d import Person
 from simrecon.evidence.options import Options
@@ -36,10 +36,10 @@ def read(content: Content, options: Options) -> Evidence:
     people: list[Person] = []
     sizes: set[tuple[int, int]] = set()
     for i, (name, frame) in enumerate(content.tree.items()):
-        number = int(frame.get("time", i)) if isinstance(frame, Mapping) else i
+        number = entries.whole(content, f"{name}.time", _time(frame, i))
         for k, who in enumerate(_row(content, name, frame, "tid")):
             late = _row(content, name, frame, "tracked_time") if "tracked_time" in frame else []
-            if len(late) > k and int(late[k]) > 0:
+            if len(late) > k and entries.whole(content, f"{name}.tracked_time[{k}]", late[k]) > 0:
                 continue  # not seen in this frame; the values are those of an earlier one
             key = f"{name}.3d_joints[{k}]"
             joints = people3d.array(content, key, _at(content, name, frame, "3d_joints", k), (None, 3))
@@ -64,6 +64,10 @@ def read(content: Content, options: Options) -> Evidence:
         raise content.fail("size", f"{len(sizes)} sizes of images", "one")
     names = layouts.layout("openpose_25")
     return people3d.to_evidence(content, options, detections, people, names, next(iter(sizes), None))
+
+
+def _time(frame: Any, fallback: int) -> Any:
+    return frame.get("time", fallback) if isinstance(frame, Mapping) else fallback
 
 
 def _row(content: Content, name: Any, frame: Any, key: str) -> list[Any]:

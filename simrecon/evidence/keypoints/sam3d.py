@@ -40,8 +40,8 @@ def read(content: Content, options: Options) -> Evidence:
         )
         place = people3d.array(content, f"{label}.pred_cam_t", person.get("pred_cam_t"), (3,))
         focal = people3d.array(content, f"{label}.focal_length", person.get("focal_length"), None).reshape(-1)
-        if not (focal > 0).all():
-            raise content.fail(f"{label}.focal_length", f"{focal.min():g}", "above 0 px")
+        if not len(focal) or not (focal > 0).all():
+            raise content.fail(f"{label}.focal_length", f"{min(focal, default=0.0):g}", "above 0 px")
         who = person.get("track_id", person.get("person_id"))
         detections.append(
             tracks.detection(

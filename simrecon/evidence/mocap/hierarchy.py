@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.evidence.content import Content
+from simrecon.evidence.values import bounded
 from simrecon.io.messages import counted
 from simrecon.types import Array
 
@@ -67,6 +68,9 @@ def parse(content: Content) -> tuple[list[Joint], float, Array]:
     if not np.isfinite(values).all():
         bad = int(np.argmax(~np.isfinite(values))) // max(width, 1)
         raise content.fail("MOTION", f"no number at frame {bad}", "finite numbers")
+    bounded(content, "MOTION", values)
+    if np.isnan(bounded(content, "OFFSET", np.array([joint.offset for joint in joints]))).any():
+        raise content.fail("OFFSET", "no number", "finite numbers")
     return joints, interval, values.reshape(frames, width)
 
 

@@ -11,11 +11,15 @@ from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import centres, feet, functional, labels, planar, pointset, size
 from simrecon.evidence.mocap.pointset import NEEDED, PointSet
 from simrecon.evidence.options import Options
+from simrecon.evidence.values import bounded
 from simrecon.io.messages import counted
 from simrecon.types import Array, Evidence
 
 PLANAR_TRUST = "mocap,joints_m=0.03,place_m=0.03,assume=0.1"
 """Some centimetres, as networks see the points of the plane; nothing is known across it."""
+
+POINTS_MAX, LABEL_MAX = 2000, 100
+"""No marker set has more points, and no point a longer label."""
 
 
 def to_evidence(
@@ -41,6 +45,10 @@ def to_evidence(
     Raises:
         InputError: points of too few joints, of several people, or in no unit that makes a person.
     """
+    if len(names) > POINTS_MAX or max(map(len, names), default=0) > LABEL_MAX:
+        there = f"{len(names)} labels of up to {max(map(len, names))} characters"
+        raise content.fail("labels", there, f"at most {POINTS_MAX}, of {LABEL_MAX} characters")
+    bounded(content, "points", places)
     points = pointset.of(content, options, names, places)
     near = points.near_joints()
     if absent := [name for name in NEEDED if name not in near]:

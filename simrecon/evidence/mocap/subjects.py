@@ -88,10 +88,11 @@ def _grouped(labels: Sequence[str], splits: list[list[tuple[str, str]]]) -> list
                 points.setdefault(name, set()).add(meaning.flat(rest))
         if not candidates and meaning.is_body(label):
             points.setdefault("", set()).add(meaning.flat(label))
+    enough = {name: mine for name, mine in points.items() if len(mine) >= COMMON_MIN}
     names = {
         name
-        for name, mine in points.items()
-        if any(len(mine & others) >= COMMON_MIN for other, others in points.items() if other != name)
+        for name, mine in enough.items()
+        if any(len(mine & others) >= COMMON_MIN for other, others in enough.items() if other != name)
     }
     if len(names) < 2:
         return None

@@ -1,5 +1,9 @@
 """GVHMR `hmr4d_results.pt` and GEM/GENMO `smpl_params.pt`: SMPL-X parameters in the world and in the camera.
 
+GEM-X writes the same groups for the SOMA body: `body_pose` of the 76 joints after the hips,
+whose axes in the T-pose are those of the world as SMPL's are, `transl` of the hips (`SomaLayer` of GEM-X,
+`SOMALayer.pose` of SOMA-X).
+
 Both worlds are aligned with gravity, y up. `K_fullimg` is the lens, its principal point the middle. The
 person in the world and in the camera gives the path of a camera that moves.
 """
@@ -16,9 +20,12 @@ from simrecon.evidence.smpl import carried
 from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.smpl.motion import SmplMotion
 from simrecon.evidence.values import branch
-from simrecon.types import Camera, Evidence
+from simrecon.io.arrays import Arrays
+from simrecon.types import Array, Camera, Evidence
 
 GROUPS = {"gvhmr": "smpl_params", "gem": "body_params"}
+SOMA_JOINTS = 76
+"""Of SOMA's 77, all but the hips."""
 
 
 def matches_gvhmr(content: Content) -> bool:
@@ -67,14 +74,22 @@ def _motion(content: Content, options: Options, group: str, frame: str) -> SmplM
     key = f"{group}_{'global' if frame == 'world' else 'incam'}"
     arrays = branch(content, content.tree.get(key), f"{key}.")
     root = smpl.pose_vectors(arrays, f"{key}.global_orient", 1)
-    body = smpl.pose_vectors(arrays, f"{key}.body_pose", 21)
+    model, body = _body(arrays, f"{key}.body_pose")
     return SmplMotion(
-        model="smplx",
+        model=model,
         frame=frame,
         times_s=times_s(content.source, np.arange(len(root)), options.rate_hz),
         rotations=np.concatenate((root, body), axis=1),
         trans_m=smpl.translation(arrays, f"{key}.transl"),
     )
+
+
+def _body(arrays: Arrays, key: str) -> tuple[str, Array]:
+    """The model, and its joints' rotations after the root's (T, B - 1, 4)."""
+    if int(np.prod(arrays.array(key).shape[1:])) != 3 * SOMA_JOINTS:
+        return "smplx", smpl.pose_vectors(arrays, key, 21)
+    numbers = np.array(smpl.soma_numbers()[1:]) - 1
+    return "soma", smpl.pose_vectors(arrays, key, SOMA_JOINTS)[:, numbers]
 
 
 def _lens(content: Content) -> Camera:

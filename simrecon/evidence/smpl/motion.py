@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from simrecon.types import Array, Camera, Evidence, Lens
 BODY_JOINTS = {"smpl": 24, "smplx": 22}
 
 
+UNNAMED = ("neck2",)
+"""Joints that are no point of our body."""
 JOINTS_READING = "joints of the average body, without the twist of their bones"
 
 
@@ -28,10 +32,11 @@ class SmplMotion:
     """Pose parameters of one person.
 
     Attributes:
-        model: `smpl` or `smplx`.
+        model: `smpl`, `smplx` or `soma`.
         frame: `world` or `camera`.
         times_s: (T,).
-        rotations: (T, B, 4) of the joints in their parents, the root's in `frame`; B is 22 or 24.
+        rotations: (T, B, 4) of the joints in their parents, the root's in `frame`; those of `names(model)`,
+            or the first of them.
         trans_m: (T, 3) translation, in `frame`.
     """
 
@@ -42,23 +47,29 @@ class SmplMotion:
     trans_m: Array
 
 
-@cache
-def names() -> tuple[str, ...]:
-    """The 24 joints of SMPL, of which SMPL-X shares the first 22."""
-    return tuple(resources.toml("models", "body", "smpl.toml")["names"])
+def names(model: str = "smpl") -> tuple[str, ...]:
+    """Joints of a model: the 24 of SMPL, of which SMPL-X shares the first 22, or SOMA's without fingers."""
+    return tuple(_tree(model)["names"])
 
 
 @cache
-def _parents() -> tuple[int, ...]:
-    return tuple(resources.toml("models", "body", "smpl.toml")["parents"])
+def _tree(model: str) -> Mapping[str, Any]:
+    """Names and parents of a model's joints."""
+    table: Mapping[str, Any] = resources.toml("models", "body", "smpl.toml")
+    return table[model] if model == "soma" else table
+
+
+def soma_numbers() -> tuple[int, ...]:
+    """Which of SOMA's 77 joints are those of `names("soma")`."""
+    return tuple(_tree("soma")["numbers"])
 
 
 @cache
 def offsets_m(model: str) -> Array:
-    """Joint centres of the average body (24, 3) in their parents' frames, the pelvis' in that of the body."""
+    """Joint centres of the average body (B, 3) in their parents' frames, the pelvis' in that of the body."""
     table = resources.toml("models", "body", "smpl.toml")[model]
     rows = []
-    for name in names():
+    for name in names(model):
         row = np.array(table[name.replace("right_", "left_", 1)], float)
         rows.append(row * [-1.0, 1.0, 1.0] if name.startswith("right_") else row)
     return np.array(rows)
@@ -70,13 +81,13 @@ def joints_m(motion: SmplMotion) -> Array:
     With G_b the rotation of joint b in the frame and o_b its offset, x_b = x_parent + G_parent o_b; the root
     turns about the pelvis: x_0 = o_0 + translation (Loper et al. 2015).
     """
-    offset = offsets_m(motion.model)
+    offset, parents = offsets_m(motion.model), _tree(motion.model)["parents"]
     places = np.empty((*motion.rotations.shape[:2], 3))
     turned = np.empty_like(motion.rotations)
     places[:, 0] = offset[0] + motion.trans_m
     turned[:, 0] = motion.rotations[:, 0]
     for joint in range(1, motion.rotations.shape[1]):
-        parent = _parents()[joint]
+        parent = parents[joint]
         places[:, joint] = places[:, parent] + rotations.rotate(turned[:, parent], offset[joint])
         turned[:, joint] = rotations.multiply(turned[:, parent], motion.rotations[:, joint])
     return places
@@ -109,8 +120,7 @@ def to_evidence(
         if up is not None and options.up is None:
             axis, how = up, "this format's convention"
         else:
-            neck, left, right = (names().index(name) for name in ("neck", "left_ankle", "right_ankle"))
-            upright = places[:, neck] - (places[:, left] + places[:, right]) / 2
+            upright = _upright(motion.model, places)
             axis, how = find_up(content.source, upright, options.up)
         turn = to_z_up(axis)
         places = places @ turn.T
@@ -120,19 +130,27 @@ def to_evidence(
             camera = cameras.with_path(camera, turned)
         reading += f", up {axis} ({how})"
     count = motion.rotations.shape[1]
+    kept = [i for i, name in enumerate(names(motion.model)[:count]) if name not in UNNAMED]
     return Evidence(
         times_s=motion.times_s,
         keypoint_names=(),
         keypoints_px=np.empty((len(places), 0, 2)),
         scores=np.empty((len(places), 0)),
-        joint_names=names()[:count],
-        joints_m=places,
+        joint_names=tuple(names(motion.model)[i] for i in kept),
+        joints_m=places[:, kept],
         joints_frame=motion.frame,
         camera=camera,
         ground_known=camera is None or path is None,
         sha256=content.sha256,
         reading="; ".join(part for part in (reading, JOINTS_READING, notes) if part),
     )
+
+
+def _upright(model: str, places: Array) -> Array:
+    """From the ankles to the neck (T, 3)."""
+    neck, left, right = (names(model).index(name) for name in ("neck", "left_ankle", "right_ankle"))
+    upright: Array = places[:, neck] - (places[:, left] + places[:, right]) / 2
+    return upright
 
 
 def pose_vectors(arrays: Arrays, key: str, joints: int) -> Array:
