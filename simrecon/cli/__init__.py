@@ -28,6 +28,7 @@ from simrecon.errors import SimreconError
 from simrecon.sim.quiet import unwarned
 
 COMMANDS = (run, rerun, retarget, export, evaluate, picture, scene, bench, batch, weights)
+NOTHING = "nothing was written"
 EXIT_FAILED, EXIT_INTERRUPTED, EXIT_PIPE = 1, 130, 141
 PURPOSE = "Reconstruct physically simulated human motion from what one camera saw."
 
@@ -62,8 +63,8 @@ def _status(words: list[str]) -> int:
         return int(end.code or 0)
     except BrokenPipeError:
         raise
-    except KeyboardInterrupt:
-        print("simrecon: interrupted, nothing was written", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        print(f"simrecon: interrupted, {str(error) or NOTHING}", file=sys.stderr)
         return EXIT_INTERRUPTED
     except Exception as error:
         debug = "--debug" in words

@@ -14,6 +14,7 @@ from simrecon.types import Array
 
 # Colours are blue, green, red.
 LEFT, RIGHT, _CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
+QUADS_MAX = 60_000
 _PLAIN_RGBA = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default
 
 
@@ -61,7 +62,19 @@ def _side_colour(name: str) -> Colour:
     return RIGHT if "right" in words or "r" in words else _CENTRE
 
 
-def coarse_cell_m(model: mujoco.MjModel, items: Sequence[int]) -> float:
-    """A cell size that keeps large scenes at some thousand quads."""
-    largest = [model.geom_size[i].max() for i in items if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
-    return 2 * max(largest, default=0.0) / 60
+def coarse_cell_m(model: mujoco.MjModel, items: Sequence[int], finest_m: float) -> float:
+    """A cell size, not below one, that keeps large scenes and many items at some thousand quads."""
+    boxes = [i for i in items if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
+    if not boxes:
+        return finest_m
+    edges = 2 * model.geom_size[boxes]  # (B, 3)
+    cell = max(finest_m, float(edges.max()) / 60)
+    while _quads(edges, cell) > max(QUADS_MAX, 6 * len(boxes)):
+        cell *= 1.5
+    return cell
+
+
+def _quads(edges_m: Array, cell_m: float) -> float:
+    """How many quads the faces of boxes (B, 3) have."""
+    cells = np.ceil(edges_m / cell_m)
+    return float(2 * (cells * np.roll(cells, 1, axis=1)).sum())

@@ -23,6 +23,7 @@ _ALPHA = 0.75
 _ARROW_M_PER_WEIGHT = 0.5
 _LEAST_FORCE = 0.01  # of body weight; smaller forces are not drawn
 _BODY_CELL_M, _ITEM_CELL_M = 0.08, 0.1
+_FOLLOW_M = 15.0  # a made-up camera goes along with a longer path
 
 
 class Painter:
@@ -35,11 +36,11 @@ class Painter:
         self.geoms = of_model(model)
         person, items = self.geoms.person, self.geoms.items
         self.person = shapes.surface(model, person, _BODY_CELL_M)
-        self.all = shapes.surface(model, person + items, max(_ITEM_CELL_M, coarse_cell_m(model, items)))
+        self.all = shapes.surface(model, person + items, coarse_cell_m(model, items, _ITEM_CELL_M))
         trees = np.unique(model.body_rootid[model.geom_bodyid[person]])
         masses = model.body_mass[np.isin(model.body_rootid, trees) & (model.body_weldid != 0)]
         self.weight_N = max(float(masses.sum() * (np.linalg.norm(model.opt.gravity) or 9.81)), 1e-9)
-        self.plain: tuple[View, Array, Image] | None = None
+        self.plain: tuple[View, Array, Array, Image] | None = None
         self.camera = clip.camera if clip.camera is not None and has_view(clip.camera) else self._made_up()
         self.still = cameras.is_still(self.camera)
         self.limit = 1.5 * corner_radius(self.camera)
@@ -134,19 +135,21 @@ class Painter:
     def _ground(self, camera: Camera, view: View) -> Image:
         """Chequered ground of half-metre tiles that fades out; kept while the camera stands still."""
         places = self.data.geom_xpos[self.geoms.grounds]
+        path = self.clip.qpos[:, :2] if self.clip.ground_m is None else self.clip.ground_m
+        middle, reach = ground.around(path, self.data.qpos[:2])
         kept = self.plain if self.still else None
-        if kept is not None and kept[0] is view and np.allclose(kept[1], places, atol=1e-3):
-            return kept[2].copy()
+        same = kept is not None and kept[0] is view and np.allclose(kept[2], middle)
+        if kept is not None and same and np.allclose(kept[1], places, atol=1e-3):
+            return kept[3].copy()
         width, height = view.size
         image = np.full((height, width, 3), ground.SKY, np.uint8)
         for geom in self.geoms.grounds:
-            path = self.clip.qpos[:, :2] if self.clip.ground_m is None else self.clip.ground_m
-            corners, colours = ground.tiles(path)
+            corners, colours = ground.tiles(middle, reach)
             corners[..., 2] = ground.height(self.model, self.data, geom, corners[..., :2])
             pixels = view.pixels(self._project(camera, corners.reshape(-1, 3))[0]).reshape(-1, 4, 2)
             keep = np.isfinite(pixels).all(axis=(1, 2))
             canvas.paint(image, pixels[keep], colours[keep], 1.0)
-        self.plain = (view, places, image)
+        self.plain = (view, places, middle, image)
         return image.copy()
 
     def _shadow(self, image: Image, camera: Camera, view: View) -> None:
@@ -191,7 +194,7 @@ class Painter:
                 canvas.arrow(image, start, end, _FORCE)
 
     def _made_up(self) -> Camera:
-        """A three-quarter view from the front that holds the whole motion."""
+        """A three-quarter view from the front that holds the whole motion, or goes along with a long one."""
         frames = np.unique(np.linspace(0, len(self.clip.qpos) - 1, 100).round().astype(int))
         centres = np.empty((len(frames), self.model.ngeom, 3))
         for i, frame in enumerate(frames):
@@ -205,7 +208,15 @@ class Painter:
             across = (centres[:, left].mean(axis=1) - centres[:, right].mean(axis=1)).mean(axis=0)
             facing = np.array([across[1], -across[0]])
         radius = self.model.geom_rbound[geoms][:, None]
-        low = (centres[:, geoms] - radius).min(axis=(0, 1))
-        high = (centres[:, geoms] + radius).max(axis=(0, 1))
+        follows = self._is_far()
+        off = self.clip.qpos[frames, None, :3] if follows else np.zeros(3)
+        low = (centres[:, geoms] - off - radius).min(axis=(0, 1))
+        high = (centres[:, geoms] - off + radius).max(axis=(0, 1))
         view = three_quarter(low, high, float(np.arctan2(facing[1], facing[0])))
-        return cameras.lasting(view, len(self.clip.qpos))
+        fixed = cameras.lasting(view, len(self.clip.qpos))
+        return cameras.moved(fixed, self.clip.qpos[:, :3]) if follows else fixed
+
+    def _is_far(self) -> bool:
+        """Whether the person goes farther than one picture shows well."""
+        path = self.clip.qpos[:, :3]
+        return float(np.linalg.norm(np.ptp(path, axis=0))) > _FOLLOW_M

@@ -15,6 +15,7 @@ from simrecon.types import Array, Evidence, IntArray
 # All in frame intervals.
 JITTER_MAX = 1e-3  # frames this near to the grid are taken as they are
 CLOCK_ERROR_MAX = 0.25  # frames this near to a grid of constant rate with dropped frames belong to it
+FRAMES_MAX = 200_000  # at some 50 kB each in the kinematic fit
 TAKE_OVER_MAX = 0.1  # beside an unseen frame, a grid point takes over a frame that is this near
 GAP_MIN = 1.5  # from here on, a frame is missing between two frames
 
@@ -55,13 +56,17 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
         The evidence with G frames at uniform times, and (T,) the nearest grid index of each original frame.
 
     Raises:
-        InputError: the camera's path is not one transform for each frame.
+        InputError: the camera's path is not one transform for each frame, or there are too many frames.
     """
     _check_path(evidence)
     evidence = sides.in_order(evidence)  # before anything is interpolated between two sides
     interval = frame_interval_s(evidence.times_s)
     position = (evidence.times_s - evidence.times_s[0]) / interval  # (T,)
     count = int(np.floor(position[-1] + TAKE_OVER_MAX)) + 1
+    if count > FRAMES_MAX:
+        found = f"{count} frames with those that are missing, {interval:.4g} s apart"
+        valid = f"at most {FRAMES_MAX}: a part by --from and --to, or fewer by --every"
+        raise InputError(f"times_s: found {found}; valid: {valid}")
     grid_s = evidence.times_s[0] + interval * np.arange(count)
     near = _neighbours(position, count)
     points, scores = evidence.keypoints_px, evidence.scores[..., None]

@@ -49,6 +49,13 @@ def lasting(camera: Camera, frames: int) -> Camera:
     return camera if camera.path is None else still(camera.lens, camera.path[0], frames)
 
 
+def moved(camera: Camera, places_m: Array) -> Camera:
+    """A camera with a path, each frame of which is moved by (T, 3)."""
+    path = np.array(extrinsics(camera))
+    path[:, :3, 3] -= (path[:, :3, :3] @ places_m[..., None])[..., 0]
+    return with_path(camera, path)
+
+
 def resampled(camera: Camera, times_s: Array, at_s: Array) -> Camera:
     """A camera of frames at increasing times (T,) at others (N,), its path held at the ends.
 

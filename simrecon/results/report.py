@@ -61,7 +61,7 @@ def make(
         "seed": job.seed,
         "threads": job.threads,
         "windows": [_window(result, step_s) for result in run.windows],
-        "totals": _totals(run, seconds),
+        "totals": totals(run, seconds),
         "person": _person(run.fit),
         "kinematics": {
             "iterations": run.fit.iterations,
@@ -176,7 +176,7 @@ def _window(result: WindowResult, step_s: float) -> dict[str, Any]:
     }
 
 
-def _totals(run: Reconstruction, seconds: dict[str, float]) -> dict[str, Any]:
+def totals(run: Reconstruction, seconds: dict[str, float]) -> dict[str, Any]:
     """Sums over windows and stages; a rollout of N steps takes one step more for its last derived fields."""
     wall_s, video_s = sum(seconds.values()), float(run.evidence.times_s[-1] - run.evidence.times_s[0])
     stepping_s = sum(result.stepping_s for result in run.windows)

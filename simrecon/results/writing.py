@@ -22,6 +22,8 @@ from simrecon.results.view import Result, open_result
 from simrecon.softfloor import Calibration
 from simrecon.types import Report
 
+NOT_DRAWN = "the run ended while it was drawn"
+
 
 def write(
     job: Job,
@@ -31,9 +33,10 @@ def write(
     landmarks: Path | None = None,
     overwrite: bool = False,
 ) -> Result:
-    """Write a result folder.
+    """Write a result folder: the motion with all that belongs to it first, then a picture of it.
 
-    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, not the motion.
+    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, not the motion; the
+    picture does so even if the process is killed while it is drawn.
 
     Args:
         job: of the result; its folder is made.
@@ -55,21 +58,19 @@ def write(
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")
         (partial / folders.SCENE).write_text(scenes.dumps(run.fit.scene), encoding="utf-8")
-        began = time.perf_counter()
-        missing = _draw(partial, job, run)
-        seconds = {**run.seconds, "overlay": time.perf_counter() - began}
-        content = report.make(job, run, seconds, calibration)
+        content = report.make(job, run, run.seconds, calibration)
         if not overwrite and _is_worse(content, place.target):
             content["better"] = str(place.target)
             place.target = folders.free(place.target)
         job = _settled(job, place, landmarks, overwrite=overwrite)
-        content["input"]["name"], content["overlay"] = report.source_of(job), missing
+        content["input"]["name"], content["overlay"] = report.source_of(job), NOT_DRAWN
         content["landmarks"] = None
         _describe(partial, job, content)
         if landmarks is not None and (lost := _keep(landmarks, job)):
             job = replace(request.taken_anew(job, ("detected",)), detected=None)
             content["landmarks"], content["input"]["name"] = lost, report.source_of(job)
             _describe(partial, job, content)
+    _add_overlay(place.target, job, run, content)
     return open_result(Path(job.output) if place.target == Path(job.output).resolve() else place.target)
 
 
@@ -90,13 +91,27 @@ def _keep(landmarks: Path, job: Job) -> str | None:
     return None
 
 
-def _draw(partial: Path, job: Job, run: Reconstruction) -> str | None:
+def _add_overlay(folder: Path, job: Job, run: Reconstruction, content: Report) -> None:
+    """Draw into a finished result, and say so in its report, or what kept it from being drawn."""
+    began = time.perf_counter()
+    try:
+        missing = _draw(folder, job, run)
+    except KeyboardInterrupt as error:
+        raise KeyboardInterrupt(f"{job.output} is whole but for its picture") from error
+    content["overlay"] = missing
+    content["totals"] = report.totals(run, {**run.seconds, "overlay": time.perf_counter() - began})
+    atomic.write_json(folder / folders.REPORT, content)
+
+
+def _draw(folder: Path, job: Job, run: Reconstruction) -> str | None:
     """Draw the overlay; what kept it from being drawn, or None."""
     try:
-        overlay.write(partial, animation(run), background(job), job.reading.rotate or 0)
-    except Exception as error:
+        overlay.write(folder, animation(run), background(job), job.reading.rotate or 0)
+    except BaseException as error:
         for name in folders.OVERLAYS:
-            (partial / name).unlink(missing_ok=True)
+            (folder / name).unlink(missing_ok=True)
+        if not isinstance(error, Exception):
+            raise
         return " ".join(f"{error}".split()) or type(error).__name__
     return None
 

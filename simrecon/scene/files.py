@@ -12,6 +12,9 @@ from simrecon.io.messages import check_keys, shown
 from simrecon.scene import meshes, schema
 from simrecon.types import Scene, SceneItem
 
+ITEMS_MAX = 500
+"""More of them take longer than a person to simulate and to draw."""
+
 
 def read(path: Path | str) -> Scene:
     """Read a scene file.
@@ -45,6 +48,8 @@ def scene(tables: Mapping[str, Any], path: Path | str) -> Scene:
     rows = tables.get("item", [])
     if not isinstance(rows, list):
         raise InputError(f"{path}: item must be a list of tables, each under [[item]]")
+    if len(rows) > ITEMS_MAX:
+        raise InputError(f"{path}: item: found {len(rows)}; valid: at most {ITEMS_MAX}")
     items = tuple(schema.item(table, f"{path}: item {i}") for i, table in enumerate(rows, 1))
     names = [item.name for item in items]
     for name in names:

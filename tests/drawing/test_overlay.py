@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from simrecon.drawing import overlay, shapes, video
+from simrecon.drawing import geoms, ground, overlay, shapes, video
 from simrecon.drawing.canvas import Image
 from simrecon.drawing.overlay import Animation
 from simrecon.drawing.painter import Painter
@@ -432,3 +433,52 @@ def test_a_frame_takes_at_most_15_ms() -> None:
     for _ in overlay.render(shown, images):
         pass
     assert (time.process_time() - start) / 50 < 0.015
+
+
+# --- work that is bounded by what can be seen
+
+
+def strolling(metres: float, camera_: Camera | None = None) -> Clip:
+    """The two capsules on a straight path of so many metres, over a floor."""
+    shown = clip(frames=40, camera=camera_)
+    qpos = shown.qpos.copy()
+    qpos[:, 0] += np.linspace(0.0, metres, len(qpos))
+    return replace(shown, qpos=qpos)
+
+
+@pytest.mark.parametrize("metres", [5.0, 30.0, 1e3, 1e4, 1e6])
+def test_a_path_of_any_length_takes_as_much_memory_as_a_short_one(metres: float) -> None:
+    tracemalloc.start()
+    page = overlay.sheet(strolling(metres))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 60e6
+    person = [orange(pixel) or teal(pixel) for pixel in page.reshape(-1, 3)[::7]]
+    assert np.mean(person) > 0.005  # it is to be seen, wherever it is
+
+
+def test_the_ground_lies_around_the_person_on_a_long_path() -> None:
+    for shown in (strolling(1e4), strolling(10.0)):
+        painter = Painter(shown)
+        view = View(np.zeros(2), np.ones(2), painter.camera.lens.image_size_px)
+        for frame in (0, 39):
+            image = painter.draw(frame, view, None, "")
+            assert (np.abs(image.astype(int) - np.array(ground.SKY)).max(axis=-1) > 6).mean() > 0.1
+
+
+@pytest.mark.parametrize("reach", [0.5, 3.0, 19.0, 400.0, 1e5])
+def test_tiles_are_few_and_reach_far_enough(reach: float) -> None:
+    corners, colours = ground.tiles(np.array([3.0, -2.0]), reach)
+    assert len(corners) == len(colours) <= 4 * 40**2
+    assert corners[..., 0].min() <= 3.0 - reach + 0.51 * np.ptp(corners[0, :, 0])
+    assert corners[..., 1].max() >= -2.0 + reach - 0.51 * np.ptp(corners[0, :, 0])
+
+
+def test_many_or_large_boxes_are_cut_into_few_quads() -> None:
+    edges = np.array([[100.0, 100.0, 0.5]] + [[1.0, 1.0, 1.0]] * 300)
+    boxes = "".join(f'<geom type="box" size="{x / 2} {y / 2} {z / 2}"/>' for x, y, z in edges)
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{boxes}</worldbody></mujoco>")
+    items = list(range(model.ngeom))
+    cell = geoms.coarse_cell_m(model, items, 0.1)
+    assert len(shapes.surface(model, items, cell).faces) <= geoms.QUADS_MAX
+    assert geoms.coarse_cell_m(model, items[1:20], 0.1) == pytest.approx(0.1)

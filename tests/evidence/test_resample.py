@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from simrecon.errors import InputError
 from simrecon.evidence import resample, visibility
 from simrecon.evidence.resample import frame_interval_s
 from simrecon.geometry import camera as cameras
@@ -159,3 +161,13 @@ def test_visibility() -> None:
     np.testing.assert_array_equal(visibility(evidence, min_score=0.05), [True, False, True, True, True])
     evidence.joints_m[1] = 0.5
     np.testing.assert_array_equal(visibility(evidence), [True, True, False, True, True])
+
+
+def test_gaps_do_not_make_frames_without_end() -> None:
+    """Frames half a millisecond apart, three at a time, a minute between: twelve million on the grid."""
+    times_s = (60.0 * np.arange(100)[:, None] + [0.0, 0.0005, 0.001]).ravel()
+    seen = moving(times_s)
+    with pytest.raises(
+        InputError, match=r"times_s: found 11880003 frames .* 0.0005 s apart; valid: at most 200000"
+    ):
+        resample(seen)

@@ -224,6 +224,26 @@ def test_a_picture_that_fails_costs_a_line(run: Any, tmp_path: Path, monkeypatch
     assert report(tmp_path / "out")["overlay"] == "MemoryError"
 
 
+def test_the_motion_is_there_before_anything_is_drawn(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever ends the process while it draws: the result is in its place by then, and says so."""
+
+    def killed(folder: Path, *_: object) -> Path:
+        assert folder == tmp_path / "out"
+        assert results.read_motion(folder).qpos.shape == run.motion.qpos.shape
+        assert "the run ended while it was drawn" in report(folder)["overlay"]
+        (folder / "overlay.mp4").write_bytes(b"half of it")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(overlay, "write", killed)
+    with pytest.raises(KeyboardInterrupt, match="out is whole but for its picture"):
+        results.write(job_of(tmp_path / "out"), run)
+    kept = results.open_result(tmp_path / "out")
+    assert kept.report["frames"]["count"] == len(run.motion.times_s)
+    assert names(tmp_path / "out") == ["job.toml", "model.xml", "motion.npz", "report.json", "scene.toml"]
+
+
 def test_failure_leaves_nothing(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> Any:
         raise InputError("no such thing")

@@ -336,3 +336,12 @@ def test_far_frames_of_things_are_left_out() -> None:
         strict=True,
     ):
         np.testing.assert_array_equal(near, expected)
+
+
+def test_a_scene_of_too_many_items_is_refused_at_once() -> None:
+    text = "".join(
+        f'[[item]]\nname = "b{i}"\nkind = "box"\nposition_m = [{i}, 0, 0]\nsize_m = [0.5, 0.5, 0.5]\n'
+        for i in range(501)
+    )
+    with pytest.raises(InputError, match="item: found 501; valid: at most 500"):
+        scenes.parse(text)

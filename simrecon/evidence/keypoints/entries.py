@@ -41,10 +41,10 @@ def floats(content: Content, key: str, value: Any) -> Array:
 
 def whole(content: Content, key: str, value: Any) -> int:
     """A whole number, such as that of a frame; `key` is its place, for messages."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = np.nan
+    single = as_array(value)
+    number = (
+        float(single) if single is not None and single.ndim == 0 and single.dtype.kind in "fiu" else np.nan
+    )
     if not abs(number) <= NUMBER_MAX:
         raise content.fail(key, f"{value!r:.40}", "a whole number")
     return int(number)

@@ -34,7 +34,7 @@ def matches(content: Content) -> bool:
         return False
     with np.errstate(over="ignore"):
         sizes = anatomy.sizes(tree[:, :BODY].astype(float))
-    return bool(np.median(sizes[sizes > 0]) > SIZE_MIN)
+    return bool((sizes > 0).any() and np.median(sizes[sizes > 0]) > SIZE_MIN)
 
 
 def read(content: Content, options: Options) -> Evidence:
