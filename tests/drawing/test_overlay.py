@@ -438,7 +438,7 @@ def test_a_frame_takes_at_most_15_ms() -> None:
 # --- work that is bounded by what can be seen
 
 
-def strolling(metres: float, camera_: Camera | None = None) -> Clip:
+def strolling(metres: float, camera_: Camera | None = None) -> Animation:
     """The two capsules on a straight path of so many metres, over a floor."""
     shown = clip(frames=40, camera=camera_)
     qpos = shown.qpos.copy()
