@@ -35,8 +35,8 @@ def write(
 ) -> Result:
     """Write a result folder: the motion with all that belongs to it first, then a picture of it.
 
-    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, not the motion; the
-    picture does so even if the process is killed while it is drawn.
+    A picture that can't be drawn, or landmarks that can't be kept, cost a line in the report, not the motion;
+    a picture does so even if the process is killed while it is drawn.
 
     Args:
         job: of the result; its folder is made.
