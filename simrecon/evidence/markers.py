@@ -1,10 +1,9 @@
 """Joint centres from the markers of a motion capture laboratory, and evidence made of them.
 
-Hips: Harrington et al. 2007, "Prediction of the hip joint centre in adults, children, and patients with
-cerebral palsy based on magnetic resonance imaging", J. Biomechanics 40(3), from pelvic width and depth. Knees
+Hips: Harrington et al. 2007, from pelvic width and depth (`mocap.centres`, `models/body/markers.toml`). Knees
 and ankles: middle between the two markers of a static trial, carried along by the shank's markers (Cappozzo
 et al. 1995). Elbows and wrists: middle between their two markers. Shoulders: under the acromion by 17 % of
-the distance of the acromia (Rab, Petuskey & Bagley 2002). Heels and toes lie on the sole, as those of the
+the distance of the acromia (the same file). Heels and toes lie on the sole, as those of the
 body do: on the floor under the marker on the calcaneus, and under the middle of the forefoot's markers, in
 the static trial; carried along by the foot's markers.
 """
@@ -16,6 +15,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence.mocap.centres import harrington
+from simrecon.evidence.mocap.labels import table
 from simrecon.evidence.opensim import Markers
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
@@ -37,32 +38,7 @@ OPENCAP = {
 }  # fmt: skip
 """Markers of the OpenCap validation data by what they mark."""
 
-# Harrington 2007, table 2, regressions on pelvic depth and width alone; backward, downward, outward.
-_HIP_BACK, _HIP_DOWN, _HIP_OUT = (0.24, 0.0099), (0.30, 0.0109), (0.33, 0.0073)
-_SHOULDER_SHARE = 0.17
 _CLUSTER_MIN = 3
-
-
-def hip_centres(asis: Mapping[str, Array], psis: Mapping[str, Array]) -> dict[str, Array]:
-    """Hip joint centres by Harrington 2007: `left` and `right`, (T, 3).
-
-    Args:
-        asis: anterior superior iliac spines, `left` and `right`, (T, 3) in the world, z up where the person
-            stands.
-        psis: posterior ones.
-    """
-    middle, back = 0.5 * (asis["left"] + asis["right"]), 0.5 * (psis["left"] + psis["right"])
-    across = asis["right"] - asis["left"]
-    width, depth = np.linalg.norm(across, axis=-1), np.linalg.norm(middle - back, axis=-1)  # (T,)
-    right = across / width[:, None]
-    forward = middle - back
-    forward -= (forward * right).sum(-1, keepdims=True) * right
-    forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
-    up = np.cross(right, forward)  # (T, 3)
-    centre = middle - _line(_HIP_BACK, depth) * forward - _line(_HIP_DOWN, width) * up
-    return {
-        side: centre + sign * _line(_HIP_OUT, width) * right for side, sign in (("left", -1), ("right", 1))
-    }
 
 
 def carried(static: Array, moving: Array, centre: Array) -> Array:
@@ -109,7 +85,8 @@ def joint_centres(
         return np.asarray(np.mean([moving.of(name) for name in markers[role]], axis=0))
 
     sides = ("left", "right")
-    hips = hip_centres({s: of(f"{s}_asis") for s in sides}, {s: of(f"{s}_psis") for s in sides})
+    back = 0.5 * (of("left_psis") + of("right_psis"))
+    hips = dict(zip(sides, harrington(of("left_asis"), of("right_asis"), back), strict=True))
     centres = {f"{side}_hip": hips[side] for side in sides}
     for side in sides:
         for joint in ("knee", "ankle"):
@@ -126,8 +103,9 @@ def joint_centres(
     width = np.linalg.norm(acromia["left"] - acromia["right"], axis=-1, keepdims=True)  # (T, 1)
     down = 0.5 * (hips["left"] + hips["right"]) - 0.5 * (acromia["left"] + acromia["right"])
     down /= np.linalg.norm(down, axis=-1, keepdims=True)
+    drop = float(table("acromion")["drop"])
     for side in sides:
-        centres[f"{side}_shoulder"] = acromia[side] + _SHOULDER_SHARE * width * down
+        centres[f"{side}_shoulder"] = acromia[side] + drop * width * down
     return centres
 
 
@@ -170,7 +148,3 @@ def _view(middle_m: Array, frames: int) -> Camera:
     pose[:3, 3] = -pose[:3, :3] @ (middle_m - [0.0, 5.0, 0.0])
     matrix = np.array([[1000.0, 0.0, size[0] / 2], [0.0, 1000.0, size[1] / 2], [0.0, 0.0, 1.0]])
     return cameras.still(Lens(matrix, np.zeros(5), size), pose, frames)
-
-
-def _line(coefficients: tuple[float, float], size_m: Array) -> Array:
-    return np.asarray(coefficients[0] * size_m + coefficients[1])[..., None]

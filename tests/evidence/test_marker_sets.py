@@ -10,9 +10,10 @@ import pytest
 
 from simrecon import evidence, kinematics
 from simrecon import plan as plans
-from simrecon.body import stature_m
+from simrecon.body import shape, stature_m
 from simrecon.errors import InputError
 from simrecon.evidence import Options
+from simrecon.evidence.mocap.labels import table
 from simrecon.types import Evidence, Scene
 from tests.support import foreign_files as foreign
 from tests.support import walker
@@ -163,3 +164,21 @@ def test_a_medial_marker_that_is_hardly_seen_is_left_out(tmp_path: Path) -> None
     found = read(tmp_path, labels, places)
     assert np.isfinite(found.joints_m).all()
     assert errors_m(found, joints)["knee"] < 0.008
+
+
+def test_the_band_around_the_head_is_as_high_as_the_brows_of_the_mean_body() -> None:
+    """Foremost point of the forehead, in the plane of symmetry, above the eyes."""
+    space, mean = shape.space(), np.zeros(shape.space().size)
+    skin, points = space.vertices_m(mean), space.points_m(mean)
+    edges = np.concatenate([space.faces[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    heights = np.arange(points["left_eye"][2] + 0.005, points["crown"][2] - 0.02, 0.002)
+    front = []
+    for height in heights:
+        ends = skin[edges]  # (E, 2, 3)
+        crossing = (ends[:, 0, 2] > height) != (ends[:, 1, 2] > height)
+        low, high = ends[crossing].swapaxes(0, 1)
+        share = (height - low[:, 2]) / (high[:, 2] - low[:, 2])
+        cut = low + share[:, None] * (high - low)
+        front.append(cut[np.abs(cut[:, 1]) < 0.02, 0].max())
+    under = points["crown"][2] - heights[int(np.argmax(front))]
+    assert table("crown")["band"] == pytest.approx(under / shape.stature_m(mean), abs=0.001)

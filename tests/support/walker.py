@@ -81,7 +81,7 @@ def _head_and_trunk(joints: dict[str, np.ndarray], hips: np.ndarray, h: float) -
     c7 = joints["neck"] - 0.54 * reach * (
         np.cos(slope - np.radians(11)) * ahead - np.sin(slope - np.radians(11)) * up
     )
-    band = joints["head_top"] - 0.052 * h * up
+    band = joints["head_top"] - 0.055 * h * up
     skin = {
         "c7": c7,
         "jugular": c7 + reach * line,

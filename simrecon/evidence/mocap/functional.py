@@ -4,8 +4,9 @@ With R, t the pose of each of two bones in a frame, the points c of the axis tha
 
     R₁ c₁ + t₁ = R₂ c₂ + t₂
 
-in all frames; along the axis the solution is free, and the direction that the equations leave open is its own
-("A survey of formal methods for determining functional joint axes", J. Biomechanics 40, eq. 12).
+in all frames; along the axis the solution is free, and the direction that the equations leave open is its
+own: the symmetrical axis of rotation ("A survey of formal methods for determining functional joint axes",
+J. Biomechanics 40). The limits below are this project's own, by trial.
 """
 
 from __future__ import annotations
