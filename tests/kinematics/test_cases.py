@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,19 @@ def test_a_person_on_a_platform_stays_there() -> None:
     assert thigh(fit) == pytest.approx(0.41, rel=0.01)
     assert fit.body.height_m == pytest.approx(1.71, rel=0.02)
     assert np.mean(list(off.values())) < 0.005
+
+
+def test_a_platform_is_a_support_where_the_floor_is_unknown() -> None:
+    """A network's estimate may be anywhere: 0.2 m too high here."""
+    seen = evidence.read(CASES / "bvh_stands_on_platform.bvh")
+    guess = replace(seen, trust="world", joints_m=seen.joints_m + [0.0, 0.0, 0.2])
+    place = scene.read(CASES / "platform.toml")
+    plan = plans.read("quick").kinematics
+    blind, seeing = (
+        kinematics.fit(guess, replace(place, items=items), plan).qpos[:, 2] for items in ((), place.items)
+    )
+    np.testing.assert_allclose(seeing, 1.17, atol=0.03)
+    np.testing.assert_allclose(blind, 1.17 - 0.3, atol=0.03)
 
 
 @pytest.mark.parametrize("height_m", [None, 1.71])
