@@ -45,7 +45,7 @@ def test_a_person_on_a_platform_stays_there() -> None:
 def test_a_platform_is_a_support_where_the_floor_is_unknown() -> None:
     """A network's estimate may be anywhere: 0.2 m too high here."""
     seen = evidence.read(CASES / "bvh_stands_on_platform.bvh")
-    guess = replace(seen, trust="world", joints_m=seen.joints_m + [0.0, 0.0, 0.2])
+    guess = replace(seen, trust="world", joints_m=seen.joints_m + np.array([0.0, 0.0, 0.2]))
     place = scene.read(CASES / "platform.toml")
     plan = plans.read("quick").kinematics
     blind, seeing = (
