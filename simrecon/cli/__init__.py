@@ -1,6 +1,7 @@
 """The command line: arguments, progress and messages; all else happens in the modules below.
 
-A command is a module with a function `add(commands)`.
+A command is a row of `commands.COMMANDS` and a module with a function `add(commands)`, which is imported when
+the command is asked for, so that help comes at once.
 """
 
 from __future__ import annotations
@@ -10,24 +11,10 @@ import sys
 import traceback
 
 import simrecon
-from simrecon.cli import (
-    batch,
-    bench,
-    evaluate,
-    export,
-    options,
-    picture,
-    rerun,
-    retarget,
-    run,
-    scene,
-    weights,
-)
+from simrecon.cli import commands
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError
-from simrecon.sim.quiet import unwarned
 
-COMMANDS = (run, rerun, retarget, export, evaluate, picture, scene, bench, batch, weights)
 NOTHING = "nothing was written"
 EXIT_FAILED, EXIT_INTERRUPTED, EXIT_PIPE = 1, 130, 141
 PURPOSE = "Reconstruct physically simulated human motion from what one camera saw."
@@ -55,8 +42,10 @@ def main(argv: list[str] | None = None) -> int:
 def _status(words: list[str]) -> int:
     """Run the command and say how it failed."""
     try:
+        parsed = _parser(words).parse_args(words)
+        from simrecon.sim.quiet import unwarned  # not before help is shown: it imports MuJoCo
+
         with unwarned():  # rollouts that diverge are expected, and counted
-            parsed = _parser().parse_args(options.joined(words))
             done: int = parsed.command(parsed)
             return done
     except SystemExit as end:  # argparse, after -h and --version
@@ -79,11 +68,23 @@ def _status(words: list[str]) -> int:
         return status
 
 
-def _parser() -> Parser:
+def _parser(words: list[str] | None = None) -> Parser:
+    """The program's parser.
+
+    Args:
+        words: of the command line, of whose command alone the options are known; None: of all commands.
+    """
     parser = Parser(prog="simrecon", description=PURPOSE, allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"simrecon {simrecon.__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for module in COMMANDS:
-        module.add(commands)
+    parsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    if words is None:
+        commands.add_all(parsers)
+        return parser
+    asked = next((word for word in words if not word.startswith("-")), None)
+    if asked in commands.COMMANDS:
+        commands.add(parsers, asked)
+        return parser
+    for name in commands.COMMANDS:
+        parsers.add_parser(name, help=commands.purpose(name))
     return parser

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from simrecon.errors import InputError
+from simrecon.io.messages import hint
 
 
 class Parser(argparse.ArgumentParser):
@@ -15,11 +16,13 @@ class Parser(argparse.ArgumentParser):
 
     Attributes:
         words: words that, as the first argument, are commands of their own, with their parsers.
+        joined: puts values that begin with a dash behind their options, before the words are parsed.
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.words: dict[str, Parser] = {}
+        self.joined: Callable[[list[str]], list[str]] = list
 
     def word(self, name: str, function: Callable[[argparse.Namespace], int], purpose: str) -> Parser:
         """A command of its own behind this one's name, beside arguments of any form."""
@@ -27,10 +30,32 @@ class Parser(argparse.ArgumentParser):
         return _started(self.words[name], function)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Hand over to the parser of the first word, if it has one."""
+        """Hand over to the parser of the first word, if it has one; else join words, and check options."""
         if args and args[0] in self.words and not any(word.startswith("-o") for word in args):
             return self.words[args[0]].parse_known_args(args[1:], namespace)
+        if args and self._subparsers is None:
+            args = self.joined(args)
+            self._check_options(args)
         return super().parse_known_args(args, namespace)
+
+    def _check_options(self, words: list[str]) -> None:
+        """Refuse an option that is none, with the one that may be meant."""
+        for word in words:
+            flag = word.partition("=")[0]
+            if flag == "--":
+                return
+            if flag.startswith("--") and flag not in self._option_string_actions:
+                known = [name for name in self._option_string_actions if name.startswith("--")]
+                self.error(f"unknown option {flag}{hint(flag, known)}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a word that is none of the choices, with the one that may be meant."""
+        if action.choices is not None and value not in action.choices:
+            valid = [str(choice) for choice in action.choices]
+            near = hint(str(value), valid)
+            raise argparse.ArgumentError(
+                action, f"invalid choice: {value!r}{near}; valid: {', '.join(valid)}"
+            )
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong, and where help is."""

@@ -16,6 +16,7 @@ from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
 from simrecon.batch.ledger import Outcome
 from simrecon.cli import arguments, options
+from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import InputError
 from simrecon.system import processor
@@ -28,7 +29,7 @@ GIB = 2**30
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    batch = arguments.command(commands, "batch", _batch, "run many clips, one after another or side by side")
+    batch = arguments.command(commands, "batch", _batch, purpose("batch"))
     batch.epilog = (
         "simrecon batch status OUT shows how it stands, simrecon batch report OUT writes index.html."
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 from simrecon.bench import page, runner, suite
 from simrecon.cli import arguments
+from simrecon.cli.commands import purpose
 from simrecon.errors import InputError
 
 EXIT_FAILED = 1
@@ -16,7 +17,7 @@ EXIT_FAILED = 1
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    bench = arguments.command(commands, "bench", _bench, "run a suite of clips and make its tables")
+    bench = arguments.command(commands, "bench", _bench, purpose("bench"))
     bench.add_argument("suite", metavar="SUITE", help=f"{', '.join(suite.names())}, or a path")
     bench.add_argument("--data", metavar="DIR", required=True, help="folder of the clips")
     bench.add_argument("-o", dest="output", metavar="OUT", required=True, help="folder of runs and tables")

@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from simrecon.cli import arguments, observing
+from simrecon.cli.commands import purpose
 from simrecon.errors import InputError
 from simrecon.evaluation import scores, table
 from simrecon.evidence import Span
@@ -16,7 +17,7 @@ from simrecon.job.options import TIME_RANGE_S
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    score = arguments.command(commands, "eval", _eval, "score a result against a reference")
+    score = arguments.command(commands, "eval", _eval, purpose("eval"))
     score.add_argument("result", metavar="OUT", help="result folder")
     score.add_argument("truth", metavar="TRUTH", help="reference (.npz, see docs/formats.md)")
     score.add_argument(

@@ -10,6 +10,7 @@ import numpy as np
 
 from simrecon import exports, results
 from simrecon.cli import arguments
+from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.io.messages import counted
 from simrecon.replay import SIMULATED
@@ -17,7 +18,7 @@ from simrecon.replay import SIMULATED
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    parser = arguments.command(commands, "export", _export, "write a result in the formats of other programs")
+    parser = arguments.command(commands, "export", _export, purpose("export"))
     parser.add_argument("result", metavar="OUT", help="result folder")
     parser.add_argument(
         "--to",

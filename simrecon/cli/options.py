@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from simrecon import engines, plan, planners, scene
+from simrecon.cli.arguments import Parser
 from simrecon.errors import InputError
 from simrecon.io.messages import hint
 from simrecon.job import Job, Reading, request
@@ -45,6 +46,8 @@ def add(
         without: names of options in them that it does not have.
         forgets: whether options of an earlier job can be taken back.
     """
+    if isinstance(parser, Parser):
+        parser.joined = joined
     groups = {section: parser.add_argument_group(TITLES[section]) for section in sections}
 
     def text(name: str, usual: str) -> str:
@@ -63,7 +66,8 @@ def add(
 def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
     """The options that are read from files or chosen by name."""
     plans = f"{', '.join(plan.names())}, or a path [default]"
-    run.add_argument("--plan", metavar="PLAN", help=text("plan", plans))
+    chosen = run.add_argument("--plan", metavar="PLAN", help=text("plan", plans))
+    chosen.words = plan.names()  # for completion
     room = "floor and items (scene.toml) [a floor at z = 0]"
     run.add_argument("--scene", metavar="FILE", help=text("scene", room))
     reference = "what turns the kinematic fit into the reference [none]"
@@ -139,7 +143,7 @@ def _add(group: Any, option: Option, text: str) -> None:
         return
     choices = option.key.choices
     plain_choice = bool(choices) and option.rules.get("metavar") is None
-    group.add_argument(
+    action = group.add_argument(
         option.flag,
         dest=option.name,
         type=str if plain_choice else _reader(option),
@@ -147,6 +151,7 @@ def _add(group: Any, option: Option, text: str) -> None:
         metavar=option.rules.get("metavar"),
         help=text,
     )
+    action.words = choices  # for completion
 
 
 def _names(text: str) -> tuple[str, ...]:

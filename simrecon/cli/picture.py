@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.cli import arguments
+from simrecon.cli.commands import purpose
 from simrecon.exports import picture
 
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    draw = arguments.command(commands, "picture", _picture, "draw frames of a result, with its forces")
+    draw = arguments.command(commands, "picture", _picture, purpose("picture"))
     draw.add_argument("result", metavar="OUT", help="result folder")
     draw.add_argument(
         "--at",

@@ -9,6 +9,7 @@ from typing import Any
 
 from simrecon import results
 from simrecon.cli import arguments, options
+from simrecon.cli.commands import purpose
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
 from simrecon.job import Job, inputs, request
@@ -19,9 +20,7 @@ from simrecon.types import Scene
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    rerun = arguments.command(
-        commands, "rerun", _rerun, "simulate a finished result again, starting from its motion"
-    )
+    rerun = arguments.command(commands, "rerun", _rerun, purpose("rerun"))
     rerun.epilog = (
         "Takes every option of run, such as --scene for another scene; what is not given is as before."
     )

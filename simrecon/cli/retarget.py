@@ -7,6 +7,7 @@ from typing import Any
 
 from simrecon import results
 from simrecon.cli import arguments, options
+from simrecon.cli.commands import purpose
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
 from simrecon.job import Job, Person
@@ -19,7 +20,7 @@ def add(commands: Any) -> None:
         commands,
         "retarget",
         _retarget,
-        "put the motion of a finished result on another body, and simulate it",
+        purpose("retarget"),
     )
     parser.add_argument("result", metavar="OUT", help="result folder whose kinematic motion is taken")
     parser.add_argument("-o", dest="output", metavar="NEW", required=True, help="result folder to write")

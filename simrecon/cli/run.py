@@ -9,6 +9,7 @@ from typing import Any
 from simrecon import job as jobs
 from simrecon import resources, running, scene
 from simrecon.cli import arguments, options, summary
+from simrecon.cli.commands import purpose
 from simrecon.cli.stages import Stages
 from simrecon.errors import InputError
 from simrecon.job import Job
@@ -19,11 +20,11 @@ DEMO_OUTPUT = "out/demo"
 
 def add(commands: Any) -> None:
     """Add the commands to the subparsers of the program."""
-    demo = arguments.command(commands, "demo", _demo, "run the example that ships with simrecon")
+    demo = arguments.command(commands, "demo", _demo, purpose("demo"))
     demo.add_argument("-o", dest="output", metavar="OUT", help=f"result folder to write [{DEMO_OUTPUT}]")
     options.add(demo)
 
-    run = arguments.command(commands, "run", _run, "reconstruct a simulated motion from a clip")
+    run = arguments.command(commands, "run", _run, purpose("run"))
     run.add_argument(
         "input", metavar="INPUT", nargs="?", help="a video, evidence, a network's output or motion capture"
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 from simrecon import scene as scenes
 from simrecon.cli import arguments, observing, scene_motion
+from simrecon.cli.commands import purpose
 from simrecon.cli.scene_motion import listed
 from simrecon.errors import InputError
 from simrecon.io import toml
@@ -28,7 +29,7 @@ MOVE_LIMITS = {"low": -kinds.LARGEST_M, "high": kinds.LARGEST_M}
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    parser = arguments.command(commands, "scene", _help, "make, edit, check and show a scene")
+    parser = arguments.command(commands, "scene", _help, purpose("scene"))
     actions = parser.add_subparsers(required=True, metavar="ACTION")
 
     new = _action(actions, "new", _new, "write a scene file that holds a floor")

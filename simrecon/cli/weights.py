@@ -6,13 +6,14 @@ import argparse
 from typing import Any
 
 from simrecon.cli import arguments
+from simrecon.cli.commands import purpose
 from simrecon.errors import InputError
 from simrecon.evidence.video import fetching, weights
 
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the program."""
-    models = arguments.command(commands, "models", _list, "weights of the pose network, for videos")
+    models = arguments.command(commands, "models", _list, purpose("models"))
     actions = models.add_subparsers(required=True, metavar="ACTION")
     fetch = arguments.command(actions, "fetch", _fetch, "fetch the weights, by npm or pip; Apache-2.0")
     names = [one.name for one in weights.TABLE if one.name != "detector"]
