@@ -20,8 +20,8 @@ CASE = Path(__file__).resolve().parents[1] / "data" / "cases" / "bvh_height_1m71
 
 @pytest.fixture(scope="module")
 def capture() -> Evidence:
-    """Motion capture of a person of 1.71 m."""
-    return evidence.read(CASE)
+    """Motion capture of a person of 1.71 m, whose stature nobody says."""
+    return replace(evidence.read(CASE), height_m=None)
 
 
 def test_the_body_that_was_measured_has_its_bones(capture: Evidence) -> None:
@@ -44,6 +44,18 @@ def test_a_shape_of_another_person_is_refused_before_the_fit(capture: Evidence) 
     weights = replace(plans.read("quick").kinematics, evaluations=0)
     with pytest.raises(InputError, match="where the motion capture has"):
         kinematics.fit(replace(capture, height_m=0.9), Scene(), weights, other)
+
+
+@pytest.mark.parametrize(("height_m", "refused"), [(1.75, False), (1.4, False), (0.9, True)])
+def test_a_stature_of_another_person_is_refused(capture: Evidence, height_m: float, refused: bool) -> None:
+    """The bones are the measured ones, but all that is thick would be another person's."""
+    own, said = bodies.scaled(bodies.measure(capture)), replace(capture, height_m=height_m)
+    assert bones.apart(said, own)["stature"] == pytest.approx(height_m / 1.64 - 1, abs=0.01)
+    if not refused:
+        bones.check(said, own)
+        return
+    with pytest.raises(InputError, match=r"stature of the body: found 0\.9 m"):
+        bones.check(said, own)
 
 
 def test_what_one_camera_estimates_measures_no_bone(capture: Evidence) -> None:
