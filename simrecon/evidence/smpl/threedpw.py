@@ -21,6 +21,7 @@ from simrecon.evidence.smpl import motion as smpl
 from simrecon.evidence.values import as_array, branch
 from simrecon.geometry import camera as cameras
 from simrecon.io.arrays import Arrays
+from simrecon.io.messages import counted
 from simrecon.types import Array, Camera, Evidence, Lens
 
 RATE_HZ = 30.0
@@ -113,6 +114,10 @@ def _landmarks(arrays: Arrays, known: Array) -> tuple[Array, Array]:
     """Landmarks (T, 18, 2) and scores (T, 18), unseen where the camera's pose is not that of the image."""
     values = np.swapaxes(arrays.finite("poses2d", ("T", 3, 18)), 1, 2)  # (T, 18, 3)
     if len(known) != len(values):
-        arrays.fail("campose_valid", f"{len(known)} values for {len(values)} frames", "one for each frame")
+        arrays.fail(
+            "campose_valid",
+            f"{counted(len(known), 'value')} for {counted(len(values), 'frame')}",
+            "one for each frame",
+        )
     scores = np.clip(np.where(known[:, None], values[..., 2], 0.0), 0.0, 1.0)
     return np.where((scores > 0)[..., None], values[..., :2], np.nan), scores
