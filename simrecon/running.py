@@ -28,6 +28,10 @@ from simrecon.sim.rollout import Threads
 from simrecon.softfloor import Calibration, Simulate
 from simrecon.types import Body, Evidence, KinematicFit, Motion, Scene
 
+NOT_DRAWN_ON = (
+    "no video is drawn on, for nothing says where the camera stands: the picture is over plain ground"
+)
+
 
 def run(
     job: Job,
@@ -150,6 +154,8 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
     seen = inputs.told(job, seen)
     if shown is not None:
         overlay.check_video(shown, seen, job.reading.rotate or 0)
+        if not overlay.is_placed(seen):
+            observer.note(NOT_DRAWN_ON)
     return _Sources(job, seen, shape, landmarks=landmarks)
 
 

@@ -18,14 +18,16 @@ from simrecon.drawing import video
 from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
 from simrecon.drawing.painter import Painter
-from simrecon.drawing.views import View, has_view
+from simrecon.drawing.views import View, has_view, is_placed
 from simrecon.errors import InputError
 from simrecon.io.messages import counted
 from simrecon.types import Camera, Evidence, IntArray
 
-__all__ = ["Animation", "check_video", "contact_sheet", "render", "sheet", "write"]
+__all__ = ["Animation", "check_video", "contact_sheet", "is_placed", "render", "sheet", "write"]
 
 _SHEET_FRAMES, _SHEET_TILE_PX, _SHEET_ASPECT = 12, 300, 1.7
+_LOOKED_AT = 50
+"""Frames, when it is asked whether the body is in the image at all."""
 
 
 def check_video(video_path: Path | str, evidence: Evidence, turn_deg: int = 0) -> None:
@@ -62,10 +64,11 @@ def write(
         The file written.
 
     Raises:
-        InputError: the video can't be read, ends too early or has another shape than the camera's image; or
-            the overlay can't be written.
+        InputError: the video can't be read, ends too early or has another shape than the camera's image; the
+            body is never in it; or the overlay can't be written.
     """
     if video_path is not None and has_view(clip.camera):
+        _check_seen(clip)
         path = Path(folder) / "overlay.mp4"
         frames = render(clip, video.frames(video_path, clip.times_s, clip.part, turn_deg))
         video.write_video(path, frames, video.rate_hz(clip.times_s))
@@ -73,6 +76,15 @@ def write(
     path = Path(folder) / "overlay.png"
     video.write_image(path, sheet(clip))
     return path
+
+
+def _check_seen(clip: Animation) -> None:
+    """Refuse to draw a body on a video in which it never is."""
+    frames = np.unique(np.linspace(0, len(clip.times_s) - 1, _LOOKED_AT).round().astype(int))
+    if not Painter(clip).is_seen(frames):
+        raise InputError(
+            "the body is outside the image in all frames: the camera is not where the input has it"
+        )
 
 
 def render(

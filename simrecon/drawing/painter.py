@@ -71,6 +71,17 @@ class Painter:
             canvas.label(image, "not simulated: kinematic fallback", 1, _FALLBACK)
         return image
 
+    def is_seen(self, frames: NDArray[np.int64]) -> bool:
+        """Whether any part of the person is in the camera's image in any of these frames."""
+        size = np.array(self.camera.lens.image_size_px, float)
+        for frame in frames:
+            self._pose(int(frame))
+            vertices = self.person.place(self.data.geom_xpos, self.data.geom_xmat)
+            pixels = self._project(self._at(int(frame)), vertices)[0]
+            if ((pixels >= 0) & (pixels <= size)).all(axis=-1).any():
+                return True
+        return False
+
     def bounds_px(self, frames: NDArray[np.int64]) -> tuple[Array, Array]:
         """Corners (2,), (2,) of the part of the camera's image that holds the person in these frames."""
         low, high = np.full(2, np.inf), np.full(2, -np.inf)

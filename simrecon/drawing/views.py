@@ -8,7 +8,7 @@ import numpy as np
 
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import vectors
-from simrecon.types import Array, Camera, Lens
+from simrecon.types import Array, Camera, Evidence, Lens
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,13 @@ class View:
 def has_view(camera: Camera | None) -> bool:
     """Whether it is known where the camera stands."""
     return camera is not None and camera.path is not None
+
+
+def is_placed(evidence: Evidence) -> bool:
+    """Whether anything says where the camera stands: a path, landmarks in its image, or joints before it."""
+    return evidence.camera is not None and (
+        evidence.camera.path is not None or bool(evidence.keypoint_names) or evidence.joints_frame != "world"
+    )
 
 
 def three_quarter(

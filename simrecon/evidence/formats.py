@@ -125,7 +125,7 @@ def read(
     applicable.refuse(content, options, reader.name, other=reader2.name)
     said = Options(person=keypoints_person)
     applicable.refuse(content2, said, reader2.name, person="--keypoints-person")
-    first = _part(_read(content, reader, options), content, options)
+    first = _part(_read(content, reader, replace(options, landmarks=True)), content, options)
     others = replace(
         options, format=None, person=keypoints_person, layout=None, up=None, unit=None, frame=None, joints=()
     )

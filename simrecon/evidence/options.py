@@ -36,6 +36,8 @@ class Options:
         camera: the lens, for files with landmarks only and videos; with a path of one frame where it is known
             where the camera stands.
         lens: where that is from, for the reading.
+        size_px: width and height of the images, as a video or the user tells; some lenses follow from it.
+        landmarks: whether those of another file go with it, which then place a camera that stands still.
         person_at: a place in the image, x and y in pixels, where the person is; for videos.
         model: of the pose network, for videos; the best one that is there if None.
         turn_deg: by which the image is turned clockwise to be upright; lens, size and place in the image that
@@ -59,6 +61,8 @@ class Options:
     video_fps: float | None = None
     camera: Camera | None = None
     lens: str = "as given"
+    size_px: tuple[int, int] | None = None
+    landmarks: bool = False
     person_at: tuple[float, float] | None = None
     model: str | None = None
     turn_deg: int | None = None

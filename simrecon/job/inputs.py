@@ -157,6 +157,7 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
         video_fps=None if info is None else info.rate_hz,
         camera=camera,
         lens=source,
+        size_px=size_px,
         person_at=reading.person_at_px,
         model=reading.model,
         turn_deg=reading.rotate,

@@ -139,7 +139,8 @@ def _settled(job: Job, place: folders.Place, landmarks: Path | None, *, overwrit
 
 def animation(run: Reconstruction) -> overlay.Animation:
     """What is drawn of a run."""
-    motion, evidence, camera = run.motion, run.evidence, run.fit.camera
+    motion, evidence = run.motion, run.evidence
+    camera = run.fit.camera if overlay.is_placed(evidence) else None
     seen = bool(evidence.keypoint_names)
     return overlay.Animation.of(
         run.problem.model,

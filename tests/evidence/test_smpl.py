@@ -218,7 +218,7 @@ def test_the_camera_frame_can_be_asked_for(tmp_path: Path, write: Callable[..., 
 
 
 def test_gvhmr_gives_its_lens_while_the_camera_stands(tmp_path: Path) -> None:
-    still = evidence.read(gvhmr(tmp_path), AT_30)
+    still = evidence.read(gvhmr(tmp_path), replace(AT_30, landmarks=True))
     assert still.camera is not None
     np.testing.assert_allclose(still.camera.lens.matrix_px, K)
     assert still.camera.lens.image_size_px == (1280, 720)
@@ -378,16 +378,21 @@ def test_without_a_lens_a_path_is_of_no_use(tmp_path: Path) -> None:
     assert evidence.read(panned_wham(tmp_path), AT_30).camera is None
 
 
-def test_a_camera_that_stands_keeps_the_lens_alone(tmp_path: Path) -> None:
+def test_a_camera_that_hardly_moves_is_placed_by_landmarks_where_there_are_any(tmp_path: Path) -> None:
     vectors, place = foreign.poses()
     pelvis = np.array(table()["smpl"]["pelvis"])
     _, _, seen, there = foreign.carried(vectors, place, pelvis, pan_rad=0.05, move_m=0.02)
     flat = {"pose": seen.reshape(T, 72), "pose_world": vectors.reshape(T, 72)}
     still = evidence.read(wham(tmp_path, trans=there, trans_world=place, **flat), WITH_LENS)
     assert still.camera is not None
-    assert still.camera.path is None
-    assert still.ground_known
-    assert "the camera" not in still.reading
+    assert still.camera.path is not None
+    assert "along the path in the file" in still.reading
+    by_landmarks = evidence.read(
+        wham(tmp_path, trans=there, trans_world=place, **flat), replace(WITH_LENS, landmarks=True)
+    )
+    assert by_landmarks.camera is not None
+    assert by_landmarks.camera.path is None
+    assert by_landmarks.ground_known
 
 
 def test_smpl_joints_of_a_rest_pose_are_those_of_the_table() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from simrecon.evidence.smpl.motion import SmplMotion, joints_m, offsets_m
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.types import Array, Camera
 
@@ -14,6 +15,7 @@ STILL_RAD = np.radians(10.0)
 # A camera doesn't jump: so far its path may be from itself smoothed.
 SMOOTH_S, JUMP_RAD, JUMP_M = 0.5, np.radians(3.0), 0.1
 AGREE_M = 0.1  # so far the person may be from where the file has them in the camera's frame
+NEAR_M = 0.3  # nobody is so near to a camera
 USUAL = 0.95  # of the frames, for which these hold
 ALONG = "along the path in the file"
 # Why a path is of no use.
@@ -37,6 +39,38 @@ def between(world: SmplMotion, seen: SmplMotion) -> Array:
     turns = rotations.multiply(seen.rotations[:, 0], rotations.conjugate(world.rotations[:, 0]))
     pelvis = offsets_m(world.model)[0]
     return _path(turns, seen.trans_m + pelvis - rotations.rotate(turns, world.trans_m + pelvis))
+
+
+def placed(world: SmplMotion, seen: SmplMotion, camera: Camera) -> tuple[Array | None, str]:
+    """Where a camera is (T, 4, 4) that hardly turns, by both motions, and what there is to say of it.
+
+    That is one place, if it will do: its axes are the mean of those of all frames, and it is where it has the
+    person in the middle of them.
+    """
+    each = between(world, seen)
+    u, _, v = np.linalg.svd(each[:, :3, :3].mean(axis=0))
+    axes = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
+    pelvis = offsets_m(world.model)[0]
+    off = seen.trans_m + pelvis - (world.trans_m + pelvis) @ axes.T  # (T, 3)
+    path = np.eye(4)
+    path[:3, :3], path[:3, 3] = axes, np.median(off, axis=0)
+    still: Array = np.broadcast_to(path, each.shape)
+    if reason := _unseen(joints_m(seen)[:, 0], camera) or fault(still, world, seen):
+        if not (_unseen(joints_m(seen)[:, 0], camera) or fault(each, world, seen)):
+            return each, ALONG
+        return None, f"where the camera stands is not known ({reason})"
+    return still, "the camera stands where both motions in the file have it"
+
+
+def _unseen(pelvis_m: Array, camera: Camera) -> str:
+    """Why nobody is to be seen whose pelvis is at (T, 3) of the camera's frame; nothing if that is so."""
+    size = camera.lens.image_size_px
+    still = cameras.still(camera.lens, np.eye(4), len(pelvis_m))
+    pixels = cameras.project(still, pelvis_m)
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels >= 0) & (pixels <= size)).all(axis=-1) & (pelvis_m[:, 2] > NEAR_M)
+    share = float(1 - inside.mean())
+    return f"the person is outside the image in {100 * share:.0f} % of the frames" if share > 0.5 else ""
 
 
 def _path(turns: Array, translation: Array) -> Array:

@@ -5,7 +5,7 @@ whose axes in the T-pose are those of the world as SMPL's are, `transl` of the h
 `SOMALayer.pose` of SOMA-X).
 
 Both worlds are aligned with gravity, y up. `K_fullimg` is the lens, its principal point the middle. The
-person in the world and in the camera gives the path of a camera that moves.
+person in the world and in the camera places the camera.
 """
 
 from __future__ import annotations
@@ -67,6 +67,9 @@ def _read(content: Content, options: Options, group: str) -> Evidence:
             reason = carried.fault(between, world) if frame == "world" else carried.EACH_FRAME
             camera, path, note = carried.choose(camera, between, moves, reason)
             notes = note if camera is None else "; ".join(filter(None, (notes, note)))
+        elif frame == "world" and camera.path is None and not options.landmarks:
+            path, note = carried.placed(world, seen, camera)
+            notes = "; ".join(filter(None, (notes, note)))
     return smpl.to_evidence(content, motion, options, up="y", camera=camera, path=path, notes=notes)
 
 

@@ -1,0 +1,78 @@
+"""Where the camera stands, by a file that has the person in the world and before the camera."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simrecon import evidence
+from simrecon.drawing import overlay
+from simrecon.evidence import Options
+from simrecon.evidence.camera import fov
+from simrecon.evidence.smpl import motion as smpl
+from simrecon.geometry import camera as cameras
+from tests.evidence import test_smpl as files
+from tests.support import foreign_files as foreign
+
+SIZE = (540, 960)
+SAID = Options(fps=30.0, camera=fov.from_fov(37.0, SIZE))
+
+
+def standing(write: object, folder: Path, model: str) -> Path:
+    """A file of a camera that stands still before the person."""
+    vectors, place = foreign.poses(joints=24)
+    _, _, seen, there = foreign.carried(vectors, place, smpl.offsets_m(model)[0], pan_rad=0.0, move_m=0.0)
+    if write is files.wham:
+        change = {"pose": seen.reshape(-1, 72), "trans": there, "pose_world": vectors.reshape(-1, 72)}
+        return files.wham(folder, **change, trans_world=place)
+    params = [
+        {"body_pose": v[:, 1:22].reshape(-1, 63), "global_orient": v[:, 0], "transl": t}
+        for v, t in ((vectors, place), (seen, there))
+    ]
+    tree = {"smpl_params_global": params[0], "smpl_params_incam": params[1], "K_fullimg": files.K[None]}
+    return foreign.save_torch(folder / "hmr4d_results.pt", tree)
+
+
+@pytest.mark.parametrize(("write", "model"), [(files.wham, "smpl"), (files.gvhmr, "smplx")])
+def test_a_camera_that_stands_is_placed_by_both_motions(tmp_path: Path, write: object, model: str) -> None:
+    path = standing(write, tmp_path, model)
+    found = evidence.read(path, SAID if write is files.wham else Options(fps=30.0))
+    assert "the camera stands where both motions in the file have it" in found.reading
+    assert found.camera is not None
+    assert cameras.is_still(found.camera)
+    assert not found.ground_known
+    own = evidence.read(path, replace(SAID, frame="camera")).joints_m
+    np.testing.assert_allclose(cameras.to_camera(found.camera, found.joints_m), own, atol=1e-6)
+    assert overlay.is_placed(found)
+
+
+def test_landmarks_place_it_where_there_are_any(tmp_path: Path) -> None:
+    path = standing(files.wham, tmp_path, "smpl")
+    found = evidence.read(path, replace(SAID, landmarks=True))
+    assert found.camera is not None
+    assert found.camera.path is None
+    assert found.ground_known
+
+
+def test_without_a_lens_wham_has_the_one_that_it_takes_for_granted(tmp_path: Path) -> None:
+    path = standing(files.wham, tmp_path, "smpl")
+    found = evidence.read(path, Options(fps=30.0, size_px=SIZE))
+    assert found.camera is not None
+    assert cameras.focal_px(found.camera.lens) == pytest.approx(np.hypot(*SIZE))
+    assert "the lens that WHAM takes for granted, 1101 px" in found.reading
+    assert evidence.read(path, Options(fps=30.0)).camera is None
+
+
+def test_a_motion_that_is_not_before_the_camera_places_nothing(tmp_path: Path) -> None:
+    """Both motions are the same here: the person is where the camera is."""
+    vectors, place = foreign.poses()
+    place = place * [1.0, 1.0, 0.0]
+    same = {"pose": vectors.reshape(-1, 72), "trans": place, "pose_world": vectors.reshape(-1, 72)}
+    found = evidence.read(files.wham(tmp_path, **same, trans_world=place), SAID)
+    assert found.camera is not None
+    assert found.camera.path is None
+    assert "where the camera stands is not known (" in found.reading
+    assert not overlay.is_placed(found)
