@@ -482,3 +482,15 @@ def test_many_or_large_boxes_are_cut_into_few_quads() -> None:
     cell = geoms.coarse_cell_m(model, items, 0.1)
     assert len(shapes.surface(model, items, cell).faces) <= geoms.QUADS_MAX
     assert geoms.coarse_cell_m(model, items[1:20], 0.1) == pytest.approx(0.1)
+
+
+# --- a body that is never in the image
+
+
+def test_a_video_without_a_body_on_it_is_an_error(tmp_path: Path) -> None:
+    source = make_video(tmp_path / "clip.mp4", 3)
+    shown = clip(frames=3)
+    away = replace(shown, qpos=shown.qpos + np.eye(shown.qpos.shape[1])[0] * 500.0)
+    with pytest.raises(InputError, match="the body is outside the image in all frames"):
+        overlay.write(tmp_path, away, source)
+    assert not (tmp_path / "overlay.mp4").exists()

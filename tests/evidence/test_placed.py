@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
-from simrecon import evidence
+from simrecon import cli, evidence
 from simrecon.drawing import overlay
 from simrecon.evidence import Options
 from simrecon.evidence.camera import fov
@@ -16,6 +17,8 @@ from simrecon.evidence.smpl import motion as smpl
 from simrecon.geometry import camera as cameras
 from tests.evidence import test_smpl as files
 from tests.support import foreign_files as foreign
+from tests.support.reading import observed
+from tools import CHECKOUT
 
 SIZE = (540, 960)
 SAID = Options(fps=30.0, camera=fov.from_fov(37.0, SIZE))
@@ -76,3 +79,25 @@ def test_a_motion_that_is_not_before_the_camera_places_nothing(tmp_path: Path) -
     assert found.camera.path is None
     assert "where the camera stands is not known (" in found.reading
     assert not overlay.is_placed(found)
+
+
+def test_the_case_of_both_motions_at_one_place_runs() -> None:
+    """The README's line, without and with a lens: the reading says that nothing places the camera."""
+    case = CHECKOUT / "tests" / "data" / "cases"
+    for words in ((), ("--fov", "37")):
+        seen = observed(case / "wham_output.pkl", "--video", str(case / "any_video.mp4"), *words)
+        assert seen.camera is not None
+        assert not overlay.is_placed(seen)
+        assert "where the camera stands is not known" in seen.reading
+
+
+@pytest.mark.slow
+def test_its_picture_shows_the_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = CHECKOUT / "tests" / "data" / "cases"
+    words = ["--video", str(case / "any_video.mp4"), "--fov", "37", "--plan", "quick", "--threads", "1"]
+    assert cli.main(["run", str(case / "wham_output.pkl"), "-o", str(tmp_path / "out"), *words]) == 0
+    assert "no video is drawn on" in capsys.readouterr().err
+    page = cv2.imread(str(tmp_path / "out" / "overlay.png"))
+    assert page is not None
+    blue, green, red = np.moveaxis(page.astype(int), -1, 0)
+    assert ((red > green + 20) & (green > blue + 10)).mean() > 0.005  # left limbs are orange

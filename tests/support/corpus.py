@@ -153,7 +153,7 @@ def cases(folder: Path) -> list[Sample]:
     """Copies of the small cases of `tests/data/cases` that are read."""
     samples = []
     for path in sorted(CASES.iterdir()):
-        if path.suffix in (".toml", ".csv"):
+        if path.suffix in (".toml", ".csv", ".mp4"):
             continue
         target = folder / path.name
         (shutil.copytree if path.is_dir() else shutil.copyfile)(path, target)
