@@ -109,9 +109,7 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
     with tempfile.TemporaryDirectory(prefix="simrecon-") as folder:
         file = Path(folder) / "piece.npz"
         evidence.write(file, piece)
-        ground = replace(job.scene.ground, calibrate=False)
-        short = replace(job, input=str(file), reading=Reading(), scene=replace(job.scene, ground=ground))
-        report = run(short, threads=1, overwrite=True).report
+        report = run(of_piece(job, file), threads=1, overwrite=True).report
     seconds = [window["seconds"] for window in report["windows"]]
     size = {path.name: path.stat().st_size for path in Path(scratch).iterdir()}
     growing = sum(size.get(name, 0) for name in (MOTION, "overlay.mp4"))
@@ -122,6 +120,14 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
         "bytes": growing / video_s,
         "fixed_bytes": float(sum(size.values()) - growing),
     }
+
+
+def of_piece(job: Job, file: Path) -> Job:
+    """The job of a piece of its evidence, read and turned already: not on a video that lies on its side."""
+    ground = replace(job.scene.ground, calibrate=False)
+    video = None if job.reading.rotate else job.video
+    scene = replace(job.scene, ground=ground)
+    return replace(job, input=str(file), reading=Reading(), scene=scene, video=video)
 
 
 def shortened(evidence: Evidence, length_s: float) -> Evidence:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,8 @@ import pytest
 from simrecon import resources
 from simrecon.batch import clips, survey
 from simrecon.errors import InputError
-from simrecon.job import inputs
+from simrecon.job import Job, Reading, inputs
+from simrecon.types import Ground, Scene
 from tools import CHECKOUT
 
 
@@ -193,3 +195,20 @@ def test_what_is_said_of_all_clips_is_for_those_for_which_it_has_a_meaning(tmp_p
     assert (a.options, b.options) == ({}, {"person": "2"})  # what a row says is refused when it is read
     with pytest.raises(InputError, match="--person: found '2'"):
         inputs.observe(b.job(tmp_path / "out"))
+
+
+def test_a_piece_is_not_turned_again() -> None:
+    reading = Reading(rotate=90, from_s=1.0)
+    whole = Job("clip.npz", "out", reading=reading, video="lying.mp4", scene=Scene(Ground(calibrate=True)))
+    piece = survey.of_piece(whole, Path("piece.npz"))
+    assert (piece.input, piece.reading, piece.video) == ("piece.npz", Reading(), None)
+    assert not piece.scene.ground.calibrate
+    upright = replace(whole, reading=Reading(from_s=1.0))
+    assert survey.of_piece(upright, Path("piece.npz")).video == "lying.mp4"
+
+
+@pytest.mark.parametrize(("key", "near"), [("from", "from_s"), ("to", "to_s"), ("evry", "every")])
+def test_keys_of_parts_are_suggested(tmp_path: Path, key: str, near: str) -> None:
+    (tmp_path / "parts.csv").write_text(f"input,{key}\nclip.npz,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"unknown key {key!r}, did you mean {near!r}"):
+        clips.collect([str(tmp_path / "parts.csv")])

@@ -20,7 +20,7 @@ from simrecon.evidence.video import detection, frames, metadata, networks, weigh
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.detection import Look
 from simrecon.evidence.video.tracker import Choice
-from simrecon.job import Job, inputs
+from simrecon.job import Job, Reading, inputs
 from simrecon.types import Camera, Evidence, Lens, Part
 from tests.support import video_files as files
 from tests.support.reading import observed
@@ -220,6 +220,16 @@ def test_networks_look_at_the_part_of_a_video_alone(clip: Path, network: Loaded)
     np.testing.assert_allclose(slow.times_s, np.arange(10, 20) / 50)
     with pytest.raises(InputError, match=r"--from 3: found no frame there; valid: .* between 0 and 0.76 s"):
         evidence.read(clip, Options(camera=lens(), span=Span(from_s=3.0)))
+
+
+@fake
+def test_a_part_that_is_kept_of_a_video_is_not_thinned_again(clip: Path, tmp_path: Path) -> None:
+    job = Job(str(clip), "", reading=Reading(fov_deg=50.0, from_s=0.2, every=2))
+    found = inputs.observe(job)
+    evidence.write(tmp_path / "kept.npz", found)
+    again = inputs.observe(replace(job, detected=str(tmp_path / "kept.npz")))
+    np.testing.assert_array_equal(again.times_s, found.times_s)
+    assert again.part == found.part == Part(5, 2, 20)
 
 
 @fake
