@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from simrecon import trust
 from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
+from simrecon.evidence import upright
 from simrecon.evidence.camera import files, fov, hidden
 from simrecon.evidence.video import frames
 from simrecon.evidence.video.frames import Info
@@ -140,7 +142,7 @@ def _read(job: Job, progress: Progress | None) -> Evidence:
     reading, info = job.reading, _probe(job)
     pairs.refuse(reading)
     size_px = _size_px(job) or (None if info is None else info.size_px)
-    camera, source = _lens(job, size_px)
+    camera, source = _lens(job, size_px, info)
     if reading.unknown_camera and camera is None and size_px is not None:
         camera, source = hidden.usual(size_px), "unknown"
     options = readers.Options(
@@ -218,14 +220,23 @@ def _size_px(job: Job) -> tuple[int, int] | None:
     return own or reading.size_px
 
 
-def _lens(job: Job, size_px: tuple[int, int] | None) -> tuple[Camera | None, str]:
+def _lens(job: Job, size_px: tuple[int, int] | None, info: Info | None) -> tuple[Camera | None, str]:
     """The camera that the user names, and where it is from."""
     reading = job.reading
-    if reading.camera is not None:
-        hint = str(job.video or job.input)
-        return files.read(reading.camera, name=reading.camera_name, size_px=size_px, up=reading.up, hint=hint)
-    source = "" if reading.fov_deg is None else f"--fov {reading.fov_deg:g}"
-    return fov.from_fov(reading.fov_deg, size_px), source
+    if reading.camera is None:
+        source = "" if reading.fov_deg is None else f"--fov {reading.fov_deg:g}"
+        return fov.from_fov(reading.fov_deg, size_px), source
+    read = partial(
+        files.read, reading.camera, name=reading.camera_name, up=reading.up, hint=str(job.video or job.input)
+    )
+    try:
+        return read(size_px=size_px)
+    except InputError:
+        if info is None or info.form.aspect == 1.0 or info.form.turn_deg or info.form.rotation_deg:
+            raise
+    aspect = info.form.aspect  # it may be that of the stored image, whose pixels are not square
+    camera, source = read(size_px=info.decoded_px)
+    return upright.stretched(camera, aspect), f"{source}, of pixels {aspect:.4g} times as wide as high"
 
 
 def _unknown(seen: Evidence) -> Evidence:

@@ -114,6 +114,25 @@ def test_pixels_that_are_not_square_are_made_so(tmp_path: Path) -> None:
     overlay.check_video(path, found)
 
 
+@pytest.mark.usefixtures("networks")
+def test_a_calibration_may_be_of_the_stored_image(tmp_path: Path) -> None:
+    path = files.write(tmp_path / "wide.mp4", [files.scene([(60, 60, 80, files.RED)])] * 4)
+    files.widen(path, 3, 2)
+    camera = tmp_path / "camera.toml"
+    for text, wide in (
+        ("image_size_px = [160, 120]\nmatrix_px = [[150, 0, 80], [0, 225, 60], [0, 0, 1]]\n", 225.0),
+        ("image_size_px = [240, 120]\nmatrix_px = [[220, 0, 120], [0, 220, 60], [0, 0, 1]]\n", 220.0),
+    ):
+        camera.write_text(text)
+        found = inputs.observe(Job(str(path), "", reading=Reading(camera=str(camera))))
+        assert found.camera is not None
+        assert found.camera.lens.image_size_px == (240, 120)
+        assert found.camera.lens.matrix_px[0, 0] == wide
+    camera.write_text("image_size_px = [120, 120]\nfocal_px = 150\n")
+    with pytest.raises(InputError, match="a camera of 120 x 120 px for images of 160 x 120; valid: the same"):
+        inputs.observe(Job(str(path), "", reading=Reading(camera=str(camera))))
+
+
 def test_landmarks_of_an_anamorphic_video_are_stretched_with_it(tmp_path: Path) -> None:
     path = files.write(tmp_path / "wide.mp4", [files.scene([])] * 8)
     files.widen(path, 3, 2)

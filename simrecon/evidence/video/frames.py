@@ -25,12 +25,14 @@ class Info:
 
     Attributes:
         size_px: width and height of the upright image, with square pixels.
-        form: how decoded images become upright.
+        decoded_px: the same of images as they are decoded.
+        form: how these become upright.
         rate_hz: mean frame rate, None if it says none that can be true.
         count: number of frames, 0 if it does not say.
     """
 
     size_px: tuple[int, int]
+    decoded_px: tuple[int, int]
     form: Form
     rate_hz: float | None
     count: int
@@ -62,7 +64,8 @@ def probe(path: Path, turn_deg: int = 0) -> Info:
     low, high = RATE_RANGE_HZ
     known = rate if np.isfinite(rate) and low <= rate <= high else None
     count = int(count) if np.isfinite(count) and 0 < count < 1e9 else 0
-    return Info(how.size_px(image.shape[1], image.shape[0]), how, known, count)
+    decoded = (image.shape[1], image.shape[0])
+    return Info(how.size_px(*decoded), decoded, how, known, count)
 
 
 @dataclass(frozen=True)
