@@ -194,16 +194,17 @@ def _aspect(job: Job, info: Info) -> float:
     Raises:
         InputError: the video is turned as well, which other programs may or may not have done.
     """
-    form, own = info.form, readers.image_size_px(job.input)
+    form = info.form
     if form.aspect == 1.0 or is_video(job) or job.reading.size_px is not None:
         return 1.0
     if form.rotation_deg % 180:
         found = f"pixels {form.aspect:.4g} times as wide as high in a video that is turned"
         raise InputError(f"{job.input}: found {found}; valid: --size WIDTHxHEIGHT of the landmarks' image")
+    if (own := readers.image_size_px(job.input)) is None:
+        return form.aspect
     width, height = info.size_px[::-1] if form.turn_deg % 180 else info.size_px
-    shape = width / form.aspect / height
-    is_stored = own is None or abs(own[0] / own[1] / shape - 1) < abs(own[0] / own[1] / (width / height) - 1)
-    return form.aspect if is_stored else 1.0
+    share = own[0] / own[1] * height / width  # 1 of square pixels
+    return form.aspect if abs(share * form.aspect - 1) < abs(share - 1) else 1.0
 
 
 def _size_px(job: Job) -> tuple[int, int] | None:
@@ -226,9 +227,8 @@ def _lens(job: Job, size_px: tuple[int, int] | None, info: Info | None) -> tuple
     if reading.camera is None:
         source = "" if reading.fov_deg is None else f"--fov {reading.fov_deg:g}"
         return fov.from_fov(reading.fov_deg, size_px), source
-    read = partial(
-        files.read, reading.camera, name=reading.camera_name, up=reading.up, hint=str(job.video or job.input)
-    )
+    hint = str(job.video or job.input)
+    read = partial(files.read, reading.camera, name=reading.camera_name, up=reading.up, hint=hint)
     try:
         return read(size_px=size_px)
     except InputError:
