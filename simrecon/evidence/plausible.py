@@ -53,7 +53,7 @@ def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evi
         if evidence.joints_frame == "world":
             lines += [_root(evidence), _floor(evidence)]
     found = [line for line in lines if line]
-    return replace(evidence, reading="\n".join([evidence.reading, *found])) if found else evidence
+    return replace(evidence, reading="\n".join(filter(None, [evidence.reading, *found])))
 
 
 def _stature(evidence: Evidence) -> str:

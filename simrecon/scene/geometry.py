@@ -13,6 +13,8 @@ from simrecon.types import Array, Ground, Scene, SceneItem
 
 # Items farther than this from all of the body, seen from above, don't matter to it.
 _REACH_M = 0.5
+SHEET = "sheet"
+"""Name of the part that stands for a sprung sheet."""
 
 
 def ground_height(ground: Ground, xy_m: Array) -> Array:
@@ -45,7 +47,9 @@ def support_height(scene: Scene, xy_m: Array) -> Array:
 
 
 def nearby(scene: Scene, points_m: Array) -> tuple[Array, Array]:
-    """`distances` for a body, infinite to items that are half a metre or more from it, seen from above.
+    """`distances` for a body that presses beds down.
+
+    They are infinite to items that are half a metre or more from it, seen from above.
 
     Args:
         scene: floor and items.
@@ -69,7 +73,7 @@ def nearby(scene: Scene, points_m: Array) -> tuple[Array, Array]:
             far, flat = np.full(points_m.shape[:2], np.inf), np.zeros(points_m.shape)
             alone = replace(scene, items=(item,))
             here = points_m if frames.all() else points_m[:, frames]
-            distance, slope = distances(alone, here)
+            distance, slope = distances(alone, here, pressed=True)
             far[:, frames], flat[:, frames] = distance[1], slope[1]
             near.append(far)
             slopes.append(flat)
@@ -82,7 +86,7 @@ def _circle(item: SceneItem, folder: str) -> tuple[float, float, float]:
     return item.position_m[0], item.position_m[1], reach
 
 
-def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
+def distances(scene: Scene, points_m: Array, *, pressed: bool = False) -> tuple[Array, Array]:
     """Signed distance of points to the ground and to each item at rest, negative inside, and its gradient.
 
     Deep parts go down without end: nothing gets under them. Outside a hull, the distance is that to its
@@ -91,6 +95,7 @@ def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
     Args:
         scene: floor and items.
         points_m: (..., 3) in the world.
+        pressed: whether a trampoline gives way: nothing is inside it until its bed is as low as it goes.
 
     Returns:
         (1 + items, ...) distances in metres and (1 + items, ..., 3) unit gradients.
@@ -106,13 +111,15 @@ def distances(scene: Scene, points_m: Array) -> tuple[Array, Array]:
     for item in scene.items:
         cos, sin = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])  # item → world
-        nearest, normal = _to_item(item, scene.folder, turn, points_m)
+        nearest, normal = _to_item(item, scene.folder, turn, points_m, pressed=pressed)
         apart.append(nearest)
         normals.append(normal @ turn.T)
     return np.stack(apart), np.stack(normals)
 
 
-def _to_item(item: SceneItem, folder: str, turn: Array, points_m: Array) -> tuple[Array, Array]:
+def _to_item(
+    item: SceneItem, folder: str, turn: Array, points_m: Array, *, pressed: bool
+) -> tuple[Array, Array]:
     """Distance (...) to the nearest part, and its gradient (..., 3) in the item's frame."""
     best, normal = np.full(points_m.shape[:-1], np.inf), np.zeros(points_m.shape)
     for part in _parts(item, folder):
@@ -125,6 +132,8 @@ def _to_item(item: SceneItem, folder: str, turn: Array, points_m: Array) -> tupl
             centre[2] = z + (dz + part.half_m[2])
         local = (points_m - centre) @ turn  # (..., 3) from the middle of its top, or of the part
         apart, gradient = surfaces.distance(part, local)
+        if pressed and item.kind == "trampoline" and part.name == SHEET:
+            apart = np.where(apart < 0, np.minimum(apart + sheets.depth_m(item), 0.0), apart)
         if not np.isfinite(best).any():  # the first part
             best, normal = apart, gradient
             continue
@@ -144,7 +153,7 @@ def _parts(item: SceneItem, folder: str) -> tuple[Part, ...]:
         sheet = sheets.sheet_of(item)
         if sheet is not None:
             half = np.array([sheet.size_m[0] / 2, sheet.size_m[1] / 2, sheet.centre_m[2] / 2])
-            block = Part("sheet", "box", sheet.centre_m - [0.0, 0.0, half[2]], half, True)
+            block = Part(SHEET, "box", sheet.centre_m - [0.0, 0.0, half[2]], half, True)
             parts = (*parts, block)
         _recent[key] = parts
     return _recent[key]

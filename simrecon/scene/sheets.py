@@ -61,6 +61,12 @@ def sheet_of(item: SceneItem) -> Sheet | None:
     return None
 
 
+def depth_m(item: SceneItem) -> float:
+    """How far the sprung sheet of an item may sink; 0 without one."""
+    sheet = sheet_of(item)
+    return 0.0 if sheet is None else sheet.depth_m
+
+
 def natural_frequency_hz(item: SceneItem) -> float:
     """Natural frequency of a trampoline with `RATED_KG` in its middle."""
     return float(np.sqrt(float(str(item.parameters["stiffness_Npm"])) / RATED_KG) / (2 * np.pi))
