@@ -101,3 +101,28 @@ def test_its_picture_shows_the_body(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert page is not None
     blue, green, red = np.moveaxis(page.astype(int), -1, 0)
     assert ((red > green + 20) & (green > blue + 10)).mean() > 0.005  # left limbs are orange
+
+
+def test_a_camera_of_tram_stands_where_the_file_has_it(tmp_path: Path) -> None:
+    """Two metres before the person, who is in its frame at (0.3, 0.9, 2.0) and on."""
+    turn = np.diag([1.0, -1.0, -1.0])
+    files.tram_camera(
+        tmp_path, np.tile(turn, (foreign.T, 1, 1)), np.tile([0.5, 1.0, 3.0], (foreign.T, 1)), world=True
+    )
+    path = files.tram(tmp_path)
+    found = evidence.read(path, Options(fps=30.0, up="y"))
+    assert "the camera stands still, it stands where the file has it" in found.reading
+    assert found.camera is not None
+    np.testing.assert_allclose(
+        cameras.centre_m(found.camera)[0], foreign.y_to_z(np.array([0.5, 1.0, 3.0])), atol=1e-9
+    )
+    assert (cameras.to_camera(found.camera, found.joints_m)[..., 2] > 0).all()
+    told = evidence.read(path, Options(fps=30.0, up="y", landmarks=True))
+    assert told.camera is not None
+    assert told.camera.path is None
+
+
+def test_a_camera_of_prompthmr_behind_the_person_is_not_believed(tmp_path: Path) -> None:
+    found = evidence.read(files.prompthmr(tmp_path), Options(fps=30.0))
+    assert found.camera is not None
+    assert (found.camera.path is None) == ("where it stands is not known" in found.reading)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import savgol_filter
 
+from simrecon.evidence.options import Options
 from simrecon.evidence.smpl.motion import SmplMotion, joints_m, offsets_m
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
@@ -29,6 +30,29 @@ def along(camera_rotations: Array, camera_places: Array) -> Array:
     """The path (T, 4, 4) of a camera whose axes (T, 3, 3) and places (T, 3) in the world are known."""
     turns = rotations.conjugate(rotations.from_matrix(camera_rotations))
     return _path(turns, -rotations.rotate(turns, camera_places))
+
+
+def at_rest(
+    axes: Array, places: Array, world: SmplMotion, lens: Camera | None, options: Options
+) -> tuple[Array | None, str]:
+    """The path (T, 4, 4) of a camera that stands still where a file has it, and a note.
+
+    There is none where landmarks of another file place it, or the user, or where it is not to be believed.
+
+    Args:
+        axes: (T, 3, 3) of the camera in the world.
+        places: (T, 3) of it.
+        world: the person.
+        lens: of the file or the user.
+        options: of the user.
+    """
+    if lens is None or lens.path is not None or options.landmarks:
+        return None, ""
+    first = along(axes[:1], np.median(places, axis=0, keepdims=True))
+    path: Array = np.broadcast_to(first, (len(axes), 4, 4))
+    if reason := fault(path, world):
+        return None, f"where it stands is not known ({reason})"
+    return path, "it stands where the file has it"
 
 
 def between(world: SmplMotion, seen: SmplMotion) -> Array:

@@ -89,15 +89,20 @@ def _camera(
     if "camera_world.Rwc" not in arrays or lens is None:
         return lens, None, note
     turns = arrays.finite("camera_world.Rwc", ("N", 3, 3))
+    numbers = np.asarray(person["frames"], np.int64)
+    known = bool(numbers.min() >= 0 and numbers.max() < len(turns))
     if np.abs(turns - turns[:1]).max() <= STILL:
-        return lens, None, note
+        if motion.frame == "camera" or not known or "camera_world.Twc" not in arrays:
+            return lens, None, note
+        places = arrays.finite("camera_world.Twc", ("N", 3))
+        path, where = carried.at_rest(turns[numbers], places[numbers], motion, lens, options)
+        return lens, path, "; ".join(filter(None, (note, where and f"the camera: {where}")))
     if "camera_world.Twc" not in arrays:
         return carried.choose(lens, None, "the camera moves", "the file has no Twc")
     places = arrays.finite("camera_world.Twc", ("N", 3))
-    numbers = np.asarray(person["frames"], np.int64)
     if motion.frame == "camera":
         return carried.choose(lens, None, "the camera moves", carried.EACH_FRAME)
-    if numbers.min() < 0 or numbers.max() >= len(turns):
+    if not known:
         reason = f"it has {counted(len(turns), 'frame')} for frame numbers to {numbers.max()}"
         return carried.choose(lens, None, "the camera moves", reason)
     path = carried.along(turns[numbers], places[numbers])

@@ -79,6 +79,9 @@ def _with_camera(
     if world:
         motion = replace(motion, frame="world")
     lens, path, note = _lens(camera, options), None, "the camera stands still"
+    if still and world:
+        path, where = carried.at_rest(rotation[numbers], place[numbers], motion, lens, options)
+        note = ", ".join(filter(None, (note, where)))
     if not still:
         path = carried.along(rotation[numbers], place[numbers])
         reason = carried.fault(path, motion) if world else carried.FIRST_FRAME
