@@ -59,7 +59,8 @@ def penetrations(model: mujoco.MjModel, scene: Scene, qpos: Array) -> tuple[Pene
     for frame, data in enumerate(touching(model, qpos)):
         inside = contacts.find(data, person)
         rows = own_row[inside.other]
-        for row, geom, deep in zip(rows, inside.part, inside.depth_m, strict=True):
+        deeper = np.maximum(inside.depth_m, _sunk_m(model, data, inside))
+        for row, geom, deep in zip(rows, inside.part, deeper, strict=True):
             if deep > depth[row, frame]:
                 depth[row, frame], part[row, frame] = deep, geom
     entries = [
@@ -68,6 +69,20 @@ def penetrations(model: mujoco.MjModel, scene: Scene, qpos: Array) -> tuple[Pene
         if depth[i].any()
     ]
     return tuple(sorted(entries, key=lambda entry: -entry.depth_m.max()))
+
+
+def _sunk_m(model: mujoco.MjModel, data: mujoco.MjData, inside: contacts.Contacts) -> Array:
+    """How far below the rest height of sprung tiles parts of the person are (c,); 0 for other contacts.
+
+    A contact's own depth is that to the nearest face, which deep in a bed is the side of a tile.
+    """
+    body = model.geom_bodyid[inside.other]
+    first = np.where(model.body_jntnum[body] == 1, model.body_jntadr[body], 0)
+    sprung = (model.body_jntnum[body] == 1) & (model.jnt_type[first] == mujoco.mjtJoint.mjJNT_SLIDE)
+    top = data.geom_xpos[inside.other, 2] + model.geom_size[inside.other, 2]
+    along = np.abs(data.geom_xmat[inside.part, 6:9])  # (c, 3) the geom's axes, upwards
+    lowest = data.geom_xpos[inside.part, 2] - np.sum(along * model.geom_aabb[inside.part, 3:], axis=1)
+    return np.where(sprung, np.maximum(top - lowest, 0.0), 0.0)
 
 
 def owners(model: mujoco.MjModel, scene: Scene) -> IntArray:

@@ -85,8 +85,11 @@ def test_scene_check_says_when_the_bed_is_pressed(tmp_path: Path, capsys: pytest
     shown = capsys.readouterr().out
     found = shown[shown.index("kinematic motion") :]
     assert "more than 5 mm deep in 1 of 2 (the ground and 1 item)" in found
-    assert re.search(r"(?m)^trampoline +\d+ mm at 0\.\d+ s \((left|right)_foot\); 0\.27-0\.70 s", found)
+    assert re.search(r"(?m)^trampoline +\d+ mm at \d\.\d+ s \((left|right)_foot\); 0\.27-0\.70 s", found)
     assert "\nground" not in found
+    deepest = re.search(r"(?m)^trampoline +(\d+) mm", found)
+    assert deepest is not None
+    assert int(deepest[1]) == pytest.approx(-1e3 * bouncing().min(), abs=40)
 
 
 @pytest.mark.slow
