@@ -160,6 +160,21 @@ def left_jacobian(rotvec: ArrayLike) -> Array:
     return jacobian
 
 
+def log_jacobian(rotvec: ArrayLike) -> Array:
+    """J_r⁻¹ with log(exp(v) ⊗ exp(δ)) ≈ v + J_r⁻¹ δ (eq. 144), singular at a full turn.
+
+    (..., 3) → (..., 3, 3).
+    """
+    rotvec = np.asarray(rotvec, float)
+    angle = np.linalg.norm(rotvec, axis=-1)[..., None, None]
+    small = angle < 1e-3
+    safe = np.where(small, 1.0, angle)
+    b = np.where(small, 1 / 12 + angle**2 / 720, 1 / safe**2 - 0.5 / (safe * np.tan(0.5 * safe)))
+    outer = rotvec[..., :, None] * rotvec[..., None, :]
+    jacobian: Array = (1 - b * angle**2) * np.eye(3) + 0.5 * skew(rotvec) + b * outer
+    return jacobian
+
+
 def slerp(a: ArrayLike, b: ArrayLike, fraction: ArrayLike) -> Array:
     """Shortest-path interpolation from a to b; shapes (..., 4), fraction (...)."""
     step = log(multiply(conjugate(a), b))

@@ -23,6 +23,9 @@ class Prior(Protocol):
     def latent(self, joints: Array) -> Array:
         """Latent codes (..., 48) of joint quaternions (..., 16, 4) as they stand in `qpos`."""
 
+    def slope(self, rotvecs: Array) -> Array:
+        """Derivative (..., 48, 16, 3) of the codes of rotation vectors (..., 16, 3) with respect to them."""
+
     def squared(self, rotvecs: Array) -> tuple[Array, Array]:
         """‖z‖² (...) of rotation vectors (..., 16, 3) and its gradient, (..., 16, 3)."""
 

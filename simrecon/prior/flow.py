@@ -61,6 +61,14 @@ class Flow:
         value = np.asarray(np.sum(z**2, axis=0), np.float64)
         return value.reshape(rotvecs.shape[:-2]), gradient.reshape(rotvecs.shape)
 
+    def slope(self, rotvecs: Array) -> Array:
+        """Derivative (..., 48, 16, 3) of the codes of rotation vectors (..., 16, 3) with respect to them."""
+        rows = np.repeat(rotvecs.reshape(-1, SIZE), SIZE, axis=0)  # each pose once for each number of a code
+        trace: list[Trace] = []
+        self._run(rows, trace)
+        each = np.tile(np.eye(SIZE), len(rows) // SIZE)  # (48, 48 N)
+        return self._slope(trace, each, 0.0).reshape(*rotvecs.shape[:-2], SIZE, *rotvecs.shape[-2:])
+
     def log_likelihood(self, rotvecs: Array) -> tuple[Array, Array]:
         """Log density (...) over rotation vectors (..., 16, 3), per rad⁴⁸, and its gradient, (..., 16, 3)."""
         trace: list[Trace] = []

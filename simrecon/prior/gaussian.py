@@ -28,6 +28,11 @@ class Gaussian:
         z = (rotations.log(joints) - self.mean_rad) / self.spread_rad
         return z.reshape(*joints.shape[:-2], -1)
 
+    def slope(self, rotvecs: Array) -> Array:
+        """Derivative (..., 48, 16, 3) of the scores of rotation vectors (..., 16, 3): one over the spread."""
+        slope = np.diag(1 / self.spread_rad.ravel()).reshape(-1, *self.spread_rad.shape)
+        return np.broadcast_to(slope, (*rotvecs.shape[:-2], *slope.shape))
+
     def squared(self, rotvecs: Array) -> tuple[Array, Array]:
         """‖z‖² (...) of rotation vectors (..., 16, 3) and its gradient, (..., 16, 3)."""
         z = (rotvecs - self.mean_rad) / self.spread_rad

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.sim.address import locate
+from simrecon.sim.inverse import Inverse
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component
 from simrecon.system import processor
@@ -59,6 +60,7 @@ class Simulator:
     def __init__(self, model: mujoco.MjModel, population: int, threads: Threads = 0) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
         self.model, self.person, self.population = model, locate(model), population
+        self.inverse = Inverse(model)
         self.seconds = 0.0
         self.steps = 0
         self._wanted, self._threads = threads, 0

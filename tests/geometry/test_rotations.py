@@ -101,6 +101,31 @@ def test_left_jacobian_is_continuous_where_its_series_begins() -> None:
     np.testing.assert_allclose(below, above, atol=1e-8)
 
 
+@given(rotvecs.filter(lambda v: np.linalg.norm(v) < math.pi - 1e-2), axes)
+def test_log_jacobian_is_the_derivative_of_log(v: Array, direction: Array) -> None:
+    step = 1e-6 * direction
+    ahead, behind = (
+        rotations.log(rotations.multiply(rotations.exp(v), rotations.exp(sign * step))) for sign in (1, -1)
+    )
+    np.testing.assert_allclose(rotations.log_jacobian(v) @ direction, (ahead - behind) / 2e-6, atol=1e-8)
+
+
+@given(rotvecs)
+def test_log_jacobian_is_the_inverse_of_the_right_jacobian(v: Array) -> None:
+    np.testing.assert_allclose(
+        rotations.log_jacobian(v) @ rotations.left_jacobian(-v), np.eye(3), rtol=0, atol=1e-7
+    )
+
+
+def test_log_jacobian_is_continuous_where_its_series_begins_and_batched() -> None:
+    axis = np.array([0.6, 0.0, -0.8])
+    below, above = rotations.log_jacobian(np.array([[0.99999e-3], [1.00001e-3]]) * axis)
+    np.testing.assert_allclose(below, above, atol=2e-8)
+    many = np.random.default_rng(0).normal(size=(2, 5, 3))
+    for i, j in np.ndindex(2, 5):
+        np.testing.assert_array_equal(rotations.log_jacobian(many)[i, j], rotations.log_jacobian(many[i, j]))
+
+
 @given(quats, quats, st.floats(0, 1))
 def test_slerp_moves_at_constant_speed_on_the_shortest_path(a: Array, b: Array, fraction: float) -> None:
     between = rotations.slerp(a, b, fraction)

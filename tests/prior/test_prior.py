@@ -102,6 +102,25 @@ def test_the_gradient_of_the_squared_norm_is_that_of_finite_differences(model: s
     np.testing.assert_allclose(value, length**2, rtol=1e-4)
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_slopes_of_codes_are_those_of_finite_differences(model: str, poses: Array) -> None:
+    chosen, few = prior.make(model, bodies.template()), poses[:4].reshape(2, 2, 16, 3)
+
+    def code(rotvecs: Array) -> Array:
+        if isinstance(chosen, prior.Flow):  # in double precision
+            return chosen.code(rotvecs)
+        return chosen.latent(rotations.exp(rotvecs))
+
+    found, expected = chosen.slope(few), np.empty((2, 2, 48, 16, 3))
+    for i in np.ndindex(16, 3):
+        step = np.zeros((16, 3))
+        step[i] = 1e-6
+        expected[(..., *i)] = (code(few + step) - code(few - step)) / 2e-6
+    assert found.shape == expected.shape
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(chosen.slope(few[0, 1]), found[0, 1], rtol=0, atol=1e-9)
+
+
 def test_the_gradient_of_the_likelihood_is_that_of_finite_differences(
     learned: prior.Flow, poses: Array
 ) -> None:
