@@ -44,14 +44,15 @@ class WindowPlan:
         return self.length_s - self.overlap_s
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Optimiser:
-    """`[optimiser]`: CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
+    """`[optimiser]`: descents, CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
 
     covariance: Covariance
     population: int = number(4, 100_000)
     generations: int = number(0, 1_000_000)
     draft_steps: int = number(0, 1000)
+    starts: int = number(1, 64, default=1)
     descent_steps: int = number(0, 1000)
     spread: float = number(1e-6, 1e6)
     sigma_rad: float = number(1e-6, math.pi)

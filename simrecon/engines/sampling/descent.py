@@ -1,4 +1,4 @@
-"""Gauss-Newton steps on rollouts: a start for the sampling, and the shape of the loss around it."""
+"""Gauss-Newton steps on rollouts: downhill from a start, with exact slopes (`jacobian`)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,13 @@ from simrecon.optim.gauss_newton import Quadratic
 from simrecon.sim.rollout import Simulator
 from simrecon.types import Array
 
-# Dampings tried at a time, times the last one's; full and half steps of each.
-DAMPINGS, LENGTHS = np.logspace(-2, 2, 9), (1.0, 0.5)
-FIRST_DAMPING, RAISE = 0.1, 30.0
+DAMPINGS = np.logspace(-2, 2, 5)
+"""Tried at a time, times the one of the last step."""
+FIRST_DAMPING, RAISE = 0.1, 1e3
+FAILURES = 2
+"""Trials in a row without a step downhill after which there is none."""
+REST = 0.01
+"""Share of the loss: a step that gains less is the last one."""
 
 
 @dataclass
@@ -24,8 +28,8 @@ class Descent:
     Attributes:
         x: (n,) best so far; loss: there; terms: of it, weighted, by name.
         quadratic: the loss around the last point where it was measured, in units of deviations; or None.
-        evaluations: rollouts so far, parts of a window as parts.
-        damping: of the last step.
+        evaluations: rollouts so far.
+        damping: of the last step; gain: its share of the loss. failures: trials since then.
     """
 
     task: Task
@@ -33,38 +37,50 @@ class Descent:
     x: Array
     loss: float
     terms: dict[str, float]
-    evaluations: float = 1.0
+    evaluations: int = 1
     quadratic: Quadratic | None = None
     damping: float = FIRST_DAMPING
+    failures: int = 0
+    gain: float = 1.0
 
     @classmethod
-    def begin(cls, task: Task, simulator: Simulator) -> Descent:
-        """At the warm start."""
-        x = task.warm_start()
+    def begin(cls, task: Task, simulator: Simulator, x: Array) -> Descent:
+        """At unknowns x (n,)."""
         values, finite = task.evaluate(simulator, x[None])
         terms = {name: float(value[0]) for name, value in values.items()} if finite[0] else {}
         return cls(task, simulator, x, sum(terms.values()) if finite[0] else np.inf, terms)
 
-    def step(self) -> bool:
-        """Measure the Jacobian and try steps; whether one of them was downhill."""
-        if not np.isfinite(self.loss):
-            return False
+    @property
+    def at_rest(self) -> bool:
+        """Whether no further step is worth its cost, or possible."""
+        return (
+            self.failures >= FAILURES
+            or (not self.failures and self.gain < REST)
+            or not np.isfinite(self.loss)
+        )
+
+    def step(self) -> None:
+        """Take the best of several damped steps, if one leads downhill; measure the slope where it is new."""
+        if self.failures >= FAILURES or not np.isfinite(self.loss):
+            return
         scale = self.task.deviations()
-        slopes = linearise(self.task, self.simulator, self.x, scale)
-        self.quadratic = Quadratic(slopes.curvature, slopes.gradient)
-        self.evaluations += slopes.evaluations
+        if self.quadratic is None or not self.failures:
+            slopes = linearise(self.task, self.simulator, self.x, scale)
+            self.quadratic = Quadratic(slopes.curvature, slopes.gradient)
+            self.evaluations += 1
         dampings = (self.damping * DAMPINGS).tolist()
         steps = np.stack(self.simulator.each(self.quadratic.step, dampings)) * scale  # (L, n)
         low, high = self.task.bounds().T
-        samples = np.clip(np.concatenate([self.x + length * steps for length in LENGTHS]), low, high)
+        samples = np.clip(self.x + steps, low, high)
         values, finite = self.task.evaluate(self.simulator, samples)
         self.evaluations += len(samples)
         total = np.where(finite, sum(values.values()), np.inf)
         best = int(np.argmin(total))
         if not total[best] < self.loss:
             self.damping *= RAISE
-            return False
+            self.failures, self.gain = self.failures + 1, 0.0
+            return
+        self.gain, self.failures = 1.0 - float(total[best]) / self.loss, 0
         self.x, self.loss = samples[best], float(total[best])
         self.terms = {name: float(value[best]) for name, value in values.items()}
-        self.damping *= float(DAMPINGS[best % len(DAMPINGS)])
-        return True
+        self.damping *= float(DAMPINGS[best])

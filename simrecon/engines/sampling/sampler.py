@@ -1,4 +1,4 @@
-"""The tracker that samples: descent and CMA-ES on each window, perhaps after a draft of all.
+"""The tracker that samples: descents and CMA-ES on each window, perhaps after a draft of all.
 
 Per window: minimise the loss of a rollout over the knots of cubic B-splines that are added to the kinematic
 control targets. All that is tried is simulated, so contacts, torque limits and falls are the simulator's own.
@@ -15,6 +15,7 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.descent import Descent
 from simrecon.engines.sampling.draft import drafted
 from simrecon.engines.sampling.search import PATIENCE, Search
+from simrecon.engines.sampling.starts import Course, descend
 from simrecon.engines.sampling.task import Task
 from simrecon.sim.rollout import Simulator, Threads
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
@@ -48,39 +49,46 @@ class Sampler:
         began, stepping, stepped = time.perf_counter(), self.simulator.seconds, self.simulator.steps
         plan = self.problem.plan.optimiser
         task = Task(self.problem, window, handover)
-        descent = Descent.begin(task, self.simulator)
-        trace, steps = [descent.loss], [self.simulator.steps]
-        descent_steps = plan.descent_steps * (1 if window.index else FIRST_WINDOW) * effort.factor
-        for _ in range(descent_steps):
-            descent.step()
-            trace.append(descent.loss)
-            steps.append(self.simulator.steps)
+        course = Course()
+        most = plan.descent_steps * effort.factor * (1 if window.index else FIRST_WINDOW)
+        descent = descend(task, self.simulator, rng, plan.starts * effort.factor, most, course)
+        descent_steps = len(course.losses) - 1
+        status = WindowStatus.DESCENT if descent_steps == most else WindowStatus.AT_REST
+        best: Descent | Search = descent
+        if plan.generations:
+            best, status = self._sampled(descent, rng, plan.generations * effort.factor, course)
+        committed = task.commit(best.x)
+        return WindowResult(
+            window=window,
+            ctrl=committed.ctrl,
+            states=committed.states,
+            loss=best.loss,
+            loss_terms=best.terms,
+            trace=np.array(course.losses),
+            steps=np.array(course.steps) - stepped,
+            descent_steps=descent_steps,
+            evaluations=course.evaluations,
+            seconds=time.perf_counter() - began,
+            stepping_s=self.simulator.seconds - stepping,
+            status=status if np.isfinite(best.loss) else WindowStatus.FAILED,
+            effort=effort,
+            handover=committed.handover,
+        )
+
+    def _sampled(
+        self, descent: Descent, rng: np.random.Generator, generations: int, course: Course
+    ) -> tuple[Search, WindowStatus]:
+        """CMA-ES from the end of a descent, and the rule that ended it."""
         search, status = Search(descent, rng), WindowStatus.GENERATIONS
-        for _ in range(plan.generations * effort.factor):
+        for _ in range(generations):
             search.generation()
-            trace.append(search.loss)
-            steps.append(self.simulator.steps)
-            ended = search.ended(trace[-PATIENCE - 1 :])
+            course.add(search.loss, self.simulator.steps)
+            ended = search.ended(course.losses[-PATIENCE - 1 :])
             if ended is not None:
                 status = ended
                 break
         # The mean averages out the sampling noise of coordinates that have not converged.
         search.consider(search.es.mean[None])
-        trace[-1] = search.loss
-        committed = task.commit(search.x)
-        return WindowResult(
-            window=window,
-            ctrl=committed.ctrl,
-            states=committed.states,
-            loss=search.loss,
-            loss_terms=search.terms,
-            trace=np.array(trace),
-            steps=np.array(steps) - stepped,
-            descent_steps=descent_steps,
-            evaluations=round(descent.evaluations) + search.es.evaluations + 1,
-            seconds=time.perf_counter() - began,
-            stepping_s=self.simulator.seconds - stepping,
-            status=status if np.isfinite(search.loss) else WindowStatus.FAILED,
-            effort=effort,
-            handover=committed.handover,
-        )
+        course.losses[-1] = search.loss
+        course.evaluations += search.es.evaluations + 1
+        return search, status

@@ -11,7 +11,6 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import terms as loss_terms
 from simrecon.engines.sampling.terms import Seen, Targets
 from simrecon.geometry import splines
-from simrecon.optim import gauss_newton
 from simrecon.sim import rollout
 from simrecon.sim.address import locate
 from simrecon.sim.rollout import Rollouts, Simulator
@@ -111,11 +110,9 @@ class Task:
             displace(model, states, *offsets)
         return states
 
-    def started(self, rows: IntArray) -> IntArray:
-        """First step (len(rows),) on which the unknowns `rows` act."""
-        acts = (self._basis[:-1] > 0).argmax(axis=0)  # (Q,)
-        knot = rows // self.shape[1]
-        return np.where(knot < len(acts), acts[np.minimum(knot, len(acts) - 1)], 0)
+    def knot_weights(self) -> Array:
+        """How much of each knot is in the control of each step of the window, (N, Q)."""
+        return self._basis[:-1]
 
     def evaluate(self, simulator: Simulator, samples: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
         """Weighted loss terms (P,) by name of unknowns (P, n), and which rollouts stayed finite."""
@@ -124,7 +121,7 @@ class Task:
             own = samples[part]
             rolled = simulator.run(self.states(own), self.control(own), self.at_steps)
             with np.errstate(all="ignore"):
-                seen = self._seen(rolled)
+                seen = self.seen(rolled)
                 values = {term.name: term.weight * term.value(seen) for term in self.terms}
             return values, rolled.finite & np.isfinite(sum(values.values()))
 
@@ -134,16 +131,9 @@ class Task:
             np.concatenate([finite for _, finite in parts]),
         )
 
-    def residuals(self, rolled: Rollouts, since: int = 0) -> list[gauss_newton.Term]:
-        """The terms of the loss as vectors, for Gauss-Newton steps; of rollouts at frames from `since` on.
-
-        Plain squares come first.
-        """
-        seen = self._seen(rolled, since)
-        return [term.residual(seen) for term in sorted(self.terms, key=lambda term: term.robust)]
-
-    def _seen(self, rolled: Rollouts, since: int = 0) -> Seen:
-        return Seen.of(rolled, self.problem.point_rows, self._targets.later(since), since)
+    def seen(self, rolled: Rollouts) -> Seen:
+        """What the terms look at, of rollouts at the frames of the loss."""
+        return Seen.of(rolled, self.problem.point_rows, self._targets)
 
     def commit(self, x: Array) -> Committed:
         """Step the window's first part for good under the unknowns x (n,), and hand over."""

@@ -194,7 +194,7 @@ def test_descent_steps_lead_where_many_generations_do_not(make: type[Makers]) ->
     assert result.descent_steps == 8
     assert len(result.trace) == 9
     assert (np.diff(result.trace) <= 0).all()
-    assert result.loss < 0.05 * result.trace[0]
+    assert result.loss < 0.15 * result.trace[0]
 
 
 def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make: type[Makers]) -> None:
@@ -202,8 +202,10 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make: type[
     problem = make.clip(plan)
     (window,) = schedule.cut(problem.clock, plan)
     sampler = Sampler(problem, 1)
-    descent = Descent.begin(Task(problem, window, warm_start.from_fit(problem)), sampler.simulator)
-    assert descent.step()
+    before = Task(problem, window, warm_start.from_fit(problem))
+    descent = Descent.begin(before, sampler.simulator, before.warm_start())
+    descent.step()
+    assert 0 < descent.gain < 1
     rises = {}
     for spread in (0.1, 1.0):
         task = Task(

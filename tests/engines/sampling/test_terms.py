@@ -37,6 +37,9 @@ class Code:
     def latent(self, joints: Array) -> Array:
         return joints[..., 0, 1:]
 
+    def slope(self, rotvecs: Array) -> Array:
+        raise NotImplementedError("the loss of a rollout needs the code alone")
+
     def squared(self, rotvecs: Array) -> tuple[Array, Array]:
         raise NotImplementedError("the loss of a rollout needs the code alone")
 

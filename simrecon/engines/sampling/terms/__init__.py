@@ -13,12 +13,13 @@ from simrecon.engines.sampling.terms.landmarks import (
     Reprojection,
     TotalVariation,
 )
+from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
 from simrecon.engines.sampling.terms.seen import Seen, Targets
 from simrecon.engines.sampling.terms.term import LossTerm
 from simrecon.errors import InputError
 
-__all__ = ["DIFFERENCES", "TERMS", "LossTerm", "Seen", "Targets", "of_window"]
+__all__ = ["DIFFERENCES", "TERMS", "LossTerm", "Moves", "Seen", "Targets", "of_window"]
 
 TERMS: tuple[type[LossTerm], ...] = (
     ComPosition,

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.engines.sampling.terms.term import LossTerm
 from simrecon.optim import gauss_newton
@@ -27,6 +28,10 @@ class ComPosition(LossTerm):
     def residual(self, seen: Seen) -> gauss_newton.Term:
         """c_t - c_t^k: (P, F, 3)."""
         return gauss_newton.Term(seen.com_off_m, self.weight)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
+        """Of c: (F, 3, V)."""
+        return moves.com
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,3 +58,7 @@ class ComVelocity(LossTerm):
         """ċ_t - ċ_t^k: (P, F - 1, 3)."""
         rate = 1.0 / self.interval_s
         return gauss_newton.Term(rate * np.diff(seen.com_off_m, axis=1), self.weight)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
+        """Of c over the time between frames: (F, 3, V)."""
+        return moves.com / self.interval_s

@@ -8,10 +8,14 @@ from typing import Self
 import numpy as np
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.engines.sampling.terms.term import LossTerm
 from simrecon.optim import gauss_newton
 from simrecon.types import Array, IntArray
+
+NEAREST_M = 0.1
+"""Depth that a point counts with at least, before the camera."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,10 @@ class Landmark(LossTerm):
     def residual(self, seen: Seen) -> gauss_newton.Term:
         """l_tn - l^k_tn: (P, F, M, 3)."""
         return gauss_newton.Term(seen.points_off_m, self.weight * self.weights)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
+        """Of l: (F, M, 3, V)."""
+        return moves.points
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +78,10 @@ class LandmarkVelocity(LossTerm):
         rate = 1.0 / self.interval_s
         return gauss_newton.Term(rate * np.diff(seen.points_off_m, axis=1), self.weight * self.weights)
 
+    def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
+        """Of l over the time between frames: (F, M, 3, V)."""
+        return moves.points / self.interval_s
+
 
 class Reprojection(LossTerm):
     """Where the points l are in the ideal image plane of the camera C, against the detections l^d (eq. 3).
@@ -91,6 +103,22 @@ class Reprojection(LossTerm):
         """C l_tn - l^d_tn: (P, F, M, 2)."""
         weights = self.weight * seen.targets.scores
         return gauss_newton.Term(_image_off(seen), weights, np.ones_like, floor=0.005)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:
+        """Of C l: (F, M, 2, V); zero in depth where a point is not in front."""
+        rotation, _, xyz = _in_camera(seen)
+        x, y, z = np.moveaxis(xyz[0], -1, 0)  # (F, M)
+        depth, ahead = np.maximum(z, NEAREST_M), z > NEAREST_M
+        zero = np.zeros_like(z)
+        by_xyz = np.stack(
+            (
+                np.stack((1 / depth, zero, -(ahead * x) / depth**2), axis=-1),
+                np.stack((zero, 1 / depth, -(ahead * y) / depth**2), axis=-1),
+            ),
+            axis=-2,
+        )  # (F, M, 2, 3)
+        slope: Array = (by_xyz @ rotation[:, None]) @ moves.points
+        return slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +151,10 @@ class TotalVariation(LossTerm):
         share = self.weight / len(self.joint_rows)
         return gauss_newton.Term(self._jerk(seen)[..., None], share, np.ones_like, floor=0.001)
 
+    def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
+        """Of the joints: (F, J, 3, 1, V)."""
+        return moves.points[:, self.joint_rows][..., None, :]
+
     def _jerk(self, seen: Seen) -> Array:
         """Third differences of the joints: (P, F - 3, J, 3)."""
         return np.diff(seen.points_m[:, :, self.joint_rows], n=self.differences, axis=1)
@@ -136,11 +168,17 @@ def _weighted_squares(off: Array, weights: Array) -> Array:
 
 def _image_off(seen: Seen) -> Array:
     """Ideal image x/z, y/z of the points from the detections, (P, F, M, 2); as if 0.1 m in front at least."""
+    xyz = _in_camera(seen)[2]
+    image = xyz[..., :2] / np.maximum(xyz[..., 2:], NEAREST_M)
+    off: Array = image - seen.targets.rays
+    return off
+
+
+def _in_camera(seen: Seen) -> tuple[Array, Array, Array]:
+    """Rotation (F, 3, 3) and translation (F, 3) into the camera, and the points there, (P, F, M, 3)."""
     camera = seen.targets.world_to_camera
     if camera is None:
         raise ValueError("targets: no world_to_camera; valid is (F, 4, 4) for a term that needs a camera")
-    rotation, translation = camera[..., :3, :3], camera[..., :3, 3]  # (F, 3, 3), (F, 3)
-    xyz = seen.points_m @ np.swapaxes(rotation, -1, -2) + translation[..., None, :]  # (P, F, M, 3)
-    image = xyz[..., :2] / np.maximum(xyz[..., 2:], 0.1)
-    off: Array = image - seen.targets.rays
-    return off
+    rotation, translation = camera[..., :3, :3], camera[..., :3, 3]
+    xyz = seen.points_m @ np.swapaxes(rotation, -1, -2) + translation[..., None, :]
+    return rotation, translation, xyz

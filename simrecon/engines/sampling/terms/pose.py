@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.engines.sampling.terms.term import LossTerm
 from simrecon.geometry import rotations
@@ -18,6 +19,9 @@ from simrecon.types import Array, IntArray
 LIMIT_SCALE_RAD = 0.1
 """Excess at which the penalty of L_lim is e - 1. The paper says exponential and gives no constant."""
 LIMIT_EXCESS_MAX_RAD = 3.0
+
+JOINTS = slice(1, None)
+"""All turns but the root's."""
 
 
 class Pose(LossTerm):
@@ -34,9 +38,16 @@ class Pose(LossTerm):
 
     def residual(self, seen: Seen) -> gauss_newton.Term:
         """Half of the rotation vectors from q^k to q: (P, F, 17, 3)."""
+        return gauss_newton.Term(0.5 * self._turn(seen), self.weight, np.ones_like, floor=0.025)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:
+        """Of half the rotation vectors: (F, 17, 3, V)."""
+        return moves.of_turns(0.5 * rotations.log_jacobian(self._turn(seen)[0]))
+
+    def _turn(self, seen: Seen) -> Array:
+        """Rotation vectors from q^k to q, (P, F, 17, 3)."""
         back = rotations.conjugate(seen.targets.orientations)
-        turn = rotations.log(rotations.multiply(back, seen.orientations))
-        return gauss_newton.Term(0.5 * turn, self.weight, np.ones_like, floor=0.025)
+        return rotations.log(rotations.multiply(back, seen.orientations))
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +77,15 @@ class JointLimit(LossTerm):
     def residual(self, seen: Seen) -> gauss_newton.Term:
         """The excesses: (P, F, 16, 3, 1)."""
         return gauss_newton.Term(self._excess(seen)[..., None], self.weight, _limit_slope, floor=0.03)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:
+        """Of the excesses: (F, 16, 3, 1, V)."""
+        rotvecs = rotations.log(seen.orientations[0, :, 1:])  # (F, 16, 3)
+        excess = self._excess(seen)[0]
+        outside = (excess > 0) & (excess < LIMIT_EXCESS_MAX_RAD)
+        sign = np.where(rotvecs > self.limits_rad[..., 1], 1.0, -1.0) * outside
+        by_turn = sign[..., None] * rotations.log_jacobian(rotvecs)
+        return moves.of_turns(by_turn, JOINTS)[..., None, :]
 
     def _excess(self, seen: Seen) -> Array:
         """How far each component is outside its range, (P, F, 16, 3), rad; zero within."""
@@ -116,6 +136,16 @@ class Prior(LossTerm):
         code = np.zeros((*seen.orientations.shape[:2], latent.shape[-1]))
         code[:, rows] = latent
         return gauss_newton.Term(code, self.weight * self.share, np.ones_like)
+
+    def slope(self, seen: Seen, moves: Moves) -> Array:
+        """Of the codes, zero at frames that are left out: (F, D, V)."""
+        rows = self._rows(seen)
+        rotvecs = rotations.log(seen.orientations[0, rows, 1:])  # (F', 16, 3)
+        by_rotvec = self.prior.slope(rotvecs)  # (F', D, 16, 3)
+        by_turn = np.einsum("fdji,fjik->fjdk", by_rotvec, rotations.log_jacobian(rotvecs))
+        slope = np.zeros((seen.orientations.shape[1], by_rotvec.shape[1], moves.com.shape[-1]))
+        slope[rows] = moves.of_turns(by_turn, JOINTS).sum(axis=1)
+        return slope
 
     def _rows(self, seen: Seen) -> IntArray:
         """Which of the frames that are seen it looks at."""

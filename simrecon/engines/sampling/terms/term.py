@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.optim import gauss_newton
 from simrecon.types import Array
@@ -42,4 +43,11 @@ class LossTerm(ABC):
 
     @abstractmethod
     def residual(self, seen: Seen) -> gauss_newton.Term:
-        """Vectors by frame whose lengths w f penalises, for Gauss-Newton steps."""
+        """Vectors by frame whose lengths w f penalises, for Gauss-Newton steps; (P, F', ..., d).
+
+        They are the `differences`-th differences, frame by frame, of what depends on one frame only.
+        """
+
+    @abstractmethod
+    def slope(self, seen: Seen, moves: Moves) -> Array:
+        """Derivative (F, ..., d, V) of what the vectors are differences of, at the first rollout."""
