@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array
 
 from simrecon.errors import InputError
 from simrecon.io import pickles
@@ -77,7 +77,7 @@ def _array(value: Held, left: int) -> NDArray[Any] | None:
         return None
     try:
         shape = tuple(int(n) for n in state.get("_shape", state.get("shape", ())))
-        kind = csr_array if isinstance(value, SparseRows) else csc_array
+        kind = scipy.sparse.csr_array if isinstance(value, SparseRows) else scipy.sparse.csc_array
         matrix = kind((state["data"], state["indices"], state["indptr"]), shape=shape)
     except (KeyError, TypeError):
         return None

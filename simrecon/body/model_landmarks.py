@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from simrecon.body import shape
 from simrecon.body.frames import segment_frames
@@ -53,7 +53,7 @@ def place(mean_m: Array, rows: Array, weights: Array) -> tuple[tuple[str, ...], 
             low, size = theirs.min(axis=0), np.ptp(theirs, axis=0)
             share = ((own_points[name] - own_origins[segment]) @ own_axes[segment] - low) / size
             target = local.min(axis=0) + share * np.ptp(local, axis=0)
-            near = here[cKDTree(local).query(target, k=min(NEAR_VERTICES, len(here)))[1]]
+            near = here[scipy.spatial.cKDTree(local).query(target, k=min(NEAR_VERTICES, len(here)))[1]]
             row[near] = _weights(mean_m[near], origins[segment] + axes[segment] @ target)
         maps[name] = row / row.sum()
         at[name] = maps[name] @ mean_m

@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
-from trimesh import triangles
+import scipy
 
 from simrecon.types import Array, IntArray
 
@@ -70,8 +67,10 @@ def _piece(segment: int, faces: IntArray, labels: IntArray) -> Piece:
     edges = local[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
     border = edges[first[count == 1]]  # (E, 2) directed like their face
-    link = coo_array((np.ones(len(border)), (border[:, 0], border[:, 1])), shape=(len(rows), len(rows)))
-    group = connected_components(link, directed=False)[1]
+    link = scipy.sparse.coo_array(
+        (np.ones(len(border)), (border[:, 0], border[:, 1])), shape=(len(rows), len(rows))
+    )
+    group = scipy.sparse.csgraph.connected_components(link, directed=False)[1]
     rims: list[IntArray] = []
     fans = []
     for number in np.unique(group[border[:, 0]]):
@@ -98,6 +97,8 @@ def _around(faces: IntArray, count: int) -> IntArray:
 
 def vertex_areas(vertices_m: Array, faces: IntArray) -> Array:
     """A third of the area of the faces at each vertex, (V,)."""
+    from trimesh import triangles  # not with the module: few runs need it
+
     area = triangles.area(vertices_m[faces]) / 3.0  # type: ignore[no-untyped-call]  # (F,)
     return np.bincount(faces.ravel(), np.repeat(area, 3), minlength=len(vertices_m)).astype(np.float64)
 
@@ -107,7 +108,9 @@ def closest(piece: Piece, vertices_m: Array, points_m: Array) -> Array:
 
     Only faces at the two nearest vertices are looked at, of a fan those at the nearest of its rim.
     """
-    _, near = cKDTree(vertices_m[: len(piece.rows)]).query(points_m, k=_NEAR_VERTICES)
+    from trimesh import triangles  # not with the module: few runs need it
+
+    _, near = scipy.spatial.cKDTree(vertices_m[: len(piece.rows)]).query(points_m, k=_NEAR_VERTICES)
     candidates = piece.around[near].reshape(len(points_m), -1)  # (P, C)
     corners = vertices_m[piece.faces[candidates]].reshape(-1, 3, 3)
     repeated = np.repeat(points_m, candidates.shape[1], axis=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from simrecon.body import mass
 from simrecon.body.lengths import measure_template
@@ -53,6 +53,8 @@ def fit(
         return np.concatenate(terms)
 
     limit = 0.999 * BETA_MAX
-    solved = least_squares(residuals, np.zeros(shapes.size), bounds=(-limit, limit), max_nfev=30)
+    solved = scipy.optimize.least_squares(
+        residuals, np.zeros(shapes.size), bounds=(-limit, limit), max_nfev=30
+    )
     betas: Array = solved.x
     return betas

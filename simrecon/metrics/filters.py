@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from simrecon.errors import InputError
 from simrecon.types import Array
@@ -39,6 +39,6 @@ def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4)
     corner = 2.0 * np.arctan(raised) / np.pi if 0 < cutoff_hz * interval_s < 0.5 else 1.0
     if not 0 < corner < 1:
         raise InputError(f"cut-off: found {cutoff_hz:g} Hz; valid: above 0, below {0.5 / interval_s:g} Hz")
-    sections = signal.butter(passes, corner, output="sos")
+    sections = scipy.signal.butter(passes, corner, output="sos")
     pad = min(len(values) - 1, round(1.0 / (cutoff_hz * interval_s)))
-    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padlen=pad))
+    return np.asarray(scipy.signal.sosfiltfilt(sections, values, axis=0, padlen=pad))

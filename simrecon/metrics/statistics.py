@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from simrecon.types import Array
 
@@ -117,8 +117,8 @@ def interval(
     if not len(ratios):
         return float("nan"), float("nan")
     count = max(2.0, frames / block)
-    student = special.stdtrit(count - 1, 0.5 * (1.0 + level))
-    tail = 100.0 * special.ndtr(-np.sqrt(count / (count - 1)) * student)
+    student = scipy.special.stdtrit(count - 1, 0.5 * (1.0 + level))
+    tail = 100.0 * scipy.special.ndtr(-np.sqrt(count / (count - 1)) * student)
     low, high = np.percentile(np.sqrt(ratios) if series.root else ratios, (tail, 100.0 - tail))
     return float(low), float(high)
 

@@ -6,7 +6,7 @@ import importlib
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from simrecon.types import Array, IntArray
 
@@ -57,7 +57,7 @@ def simplified(vertices: Array, faces: IntArray) -> tuple[Array, IntArray]:
 
 def hull_points(points: Array) -> Array:
     """At most `HULL_VERTICES` of the points (V, 3), those farthest out, whose hull is nearly that of all."""
-    hull = points[ConvexHull(points).vertices]
+    hull = points[scipy.spatial.ConvexHull(points).vertices]
     if len(hull) <= HULL_VERTICES:
         return np.asarray(hull)
     # a Fibonacci lattice on the sphere

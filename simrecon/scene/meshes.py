@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
-from scipy.spatial import ConvexHull, QhullError
+import scipy
 
 from simrecon.errors import InputError
 from simrecon.scene.mesh_shapes import (
@@ -53,6 +52,8 @@ def check(item: SceneItem, folder: str, where: str) -> None:
         InputError: it can't be read, has no volume, or lacks what its method needs.
     """
     file, method = path(item, folder, where), item.parameters["method"]
+    import trimesh  # not with the module: few scenes need it
+
     vertices, faces = _raw(str(file), file.stat().st_mtime_ns, where)
     if method == "parts":
         if importlib.util.find_spec("coacd") is None:
@@ -65,8 +66,8 @@ def check(item: SceneItem, folder: str, where: str) -> None:
                 f"into parts; valid: a closed mesh, or the methods 'hull' and 'height'"
             )
     try:
-        ConvexHull(vertices)
-    except (QhullError, ValueError) as error:
+        scipy.spatial.ConvexHull(vertices)
+    except (scipy.spatial.QhullError, ValueError) as error:
         raise InputError(f"{where} file {item.parameters['file']!r} is flat: it has no volume") from error
 
 
@@ -118,6 +119,8 @@ def _shape(
 @functools.lru_cache(maxsize=16)
 def _raw(file: str, changed: int, where: str) -> tuple[Array, IntArray]:
     """Vertices (V, 3) and triangles (F, 3) of a file; `changed` is the file's time, for the cache."""
+    import trimesh  # not with the module: few scenes need it
+
     del changed
     try:
         mesh = trimesh.load_mesh(file)

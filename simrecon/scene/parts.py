@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from simrecon.types import Array, IntArray
 
@@ -45,7 +45,7 @@ class Part:
         if self.shape == "sphere":
             return float(4 / 3 * np.pi * self.half_m[0] ** 3)
         if self.shape == "hull" and self.vertices_m is not None:
-            return float(ConvexHull(self.vertices_m).volume)
+            return float(scipy.spatial.ConvexHull(self.vertices_m).volume)
         return float(8 * np.prod(self.half_m))
 
 
@@ -63,7 +63,7 @@ def standing(length_m: float, width_m: float, height_m: float) -> Part:
 
 def hull(name: str, points_m: Array) -> Part:
     """The convex hull of points (N, 3), with outward triangles and only the vertices that it needs."""
-    convex = ConvexHull(points_m)
+    convex = scipy.spatial.ConvexHull(points_m)
     vertices = np.unique(convex.simplices)
     place = np.full(len(points_m), -1)
     place[vertices] = np.arange(len(vertices))

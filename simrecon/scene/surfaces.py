@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from simrecon.scene.parts import Part
 from simrecon.types import Array
@@ -131,4 +131,6 @@ def _planes(part: Part) -> Array:
     """Face planes (F, 4) of a hull about its centre: n · x + d <= 0 inside."""
     if part.vertices_m is None:
         raise ValueError("a hull needs vertices")
-    return np.unique(np.round(ConvexHull(part.vertices_m - part.centre_m).equations, 12), axis=0)
+    return np.unique(
+        np.round(scipy.spatial.ConvexHull(part.vertices_m - part.centre_m).equations, 12), axis=0
+    )

@@ -74,6 +74,18 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
 """
 
 
+RUN = """
+import sys
+import simrecon.cli.run
+few_need = {"trimesh", "PIL", "scipy.optimize", "scipy.signal", "scipy.spatial", "scipy.stats"}
+assert not few_need & set(sys.modules), few_need & set(sys.modules)
+"""
+
+
+def test_a_run_begins_without_what_few_of_them_need() -> None:
+    subprocess.run([sys.executable, "-c", RUN], check=True, capture_output=True)
+
+
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["rnu"], []])
 def test_help_comes_without_the_libraries_of_the_commands(words: list[str]) -> None:
     subprocess.run([sys.executable, "-c", HELP.format(words=words)], check=True, capture_output=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from simrecon.evidence import people
 from simrecon.evidence.content import Content
@@ -92,7 +92,7 @@ def linked(seen: Sequence[Detection]) -> Tracks:
         cost = np.array([[distance(track[-1], one) for one in new] for track in open_]).reshape(-1, len(new))
         taken: set[int] = set()
         if len(open_):
-            for row, column in zip(*linear_sum_assignment(np.minimum(cost, 1e3)), strict=True):
+            for row, column in zip(*scipy.optimize.linear_sum_assignment(np.minimum(cost, 1e3)), strict=True):
                 gap = frame - open_[row][-1].frame
                 if cost[row, column] <= MOVE_MAX * min(gap, 3):
                     open_[row].append(new[column])

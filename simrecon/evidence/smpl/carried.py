@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from simrecon.evidence.options import Options
 from simrecon.evidence.smpl.motion import SmplMotion, joints_m, offsets_m
@@ -141,7 +141,7 @@ def fault(path: Array, world: SmplMotion, seen: SmplMotion | None = None) -> str
 def _smoothed(values: Array, interval_s: float) -> Array:
     """Values (T, C) by parabolas over `SMOOTH_S`, also at the ends."""
     window = min(2 * round(SMOOTH_S / interval_s / 2) + 1, len(values) - 1 + len(values) % 2)
-    return savgol_filter(values, window, 2, axis=0) if window > 2 else values
+    return scipy.signal.savgol_filter(values, window, 2, axis=0) if window > 2 else values
 
 
 def turning(path: Array) -> str:
