@@ -26,6 +26,7 @@ from simrecon.results.view import Result
 from simrecon.sim.quiet import unwarned
 from simrecon.sim.rollout import Threads
 from simrecon.softfloor import Calibration, Simulate
+from simrecon.system import blas
 from simrecon.types import Body, Evidence, KinematicFit, Motion, Scene
 
 NOT_DRAWN_ON = (
@@ -61,7 +62,7 @@ def run(
     """
     job, threads = jobs.checked(job), checking.checked_threads(threads)
     _check_ahead(job)
-    with unwarned(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
+    with unwarned(), blas.one_thread(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
         sources = _sources(job, observer, Path(scratch))
         job = replace(sources.job, sha256=request.hashes(sources.job))
         setup = Setup(

@@ -34,9 +34,12 @@ def paint(image: Image, polygons_px: Array, colours: Array, alpha: float) -> Non
     tones = np.concatenate((colours, np.full((len(colours), 1), 255.0)), axis=1).tolist()
     for polygon, tone in zip(points, tones, strict=True):
         cv2.fillConvexPoly(canvas, polygon, tone, cv2.LINE_8, _SHIFT)
-    layer = cv2.resize(canvas, (int(size[0]), int(size[1])), interpolation=cv2.INTER_AREA).astype(np.float32)
+    layer = cv2.resize(canvas, (int(size[0]), int(size[1])), interpolation=cv2.INTER_AREA)
     part = image[low[1] : high[1], low[0] : high[0]]
-    part[:] = (part * (1 - alpha / 255 * layer[..., 3:]) + alpha * layer[..., :3] + 0.5).astype(np.uint8)
+    through = cv2.cvtColor(1 - np.float32(alpha / 255) * layer[..., 3], cv2.COLOR_GRAY2BGR)
+    behind = cv2.multiply(part, through, dtype=cv2.CV_32F)
+    before = cv2.cvtColor(layer, cv2.COLOR_BGRA2BGR)  # painted on black, so it has its share of them already
+    part[:] = cv2.addWeighted(behind, 1.0, before.astype(np.float32), alpha, 0.0, dtype=cv2.CV_8U)
 
 
 def dots(image: Image, pixels: Array, scores: Array) -> None:

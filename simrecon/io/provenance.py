@@ -35,12 +35,16 @@ PACKAGES = {"opencv": "opencv-contrib-python-headless"}
 def versions() -> dict[str, str | None]:
     """Versions of simrecon, Python and the libraries that decide the numbers; None where one is missing."""
     known: dict[str, str | None] = {"simrecon": simrecon.__version__, "python": platform.python_version()}
-    for library in ("mujoco", "numpy", "scipy", "nlopt", "opencv"):
-        try:
-            known[library] = importlib.metadata.version(PACKAGES.get(library, library))
-        except importlib.metadata.PackageNotFoundError:
-            known[library] = None
-    return known
+    return known | {name: _installed(name) for name in ("mujoco", "numpy", "scipy", "nlopt", "opencv")}
+
+
+@cache
+def _installed(library: str) -> str | None:
+    """Version of a library by what its package says, which takes long to read."""
+    try:
+        return importlib.metadata.version(PACKAGES.get(library, library))
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 @cache
