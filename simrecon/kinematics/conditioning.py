@@ -8,8 +8,10 @@ a frame to two on either side. What all frames share (scale, lengths, lean) make
 The search runs in u = Mᵀ x, in which the Hessian is near to the identity. Cost is linear in the frames.
 
 Any invertible M is right, so L and B are kept with half the digits: what that changes in M Mᵀ is less than
-the damping. They are applied with all digits, L some frames at a time. W would be as large as L, so it is not
-kept: L⁻¹ B costs another solve. That makes 38 KiB per frame, of which L is 34.
+the damping. They are applied with all digits, L some frames at a time. To widen its numbers takes longer than
+a solve, so that is done once for all for the first `WIDE` blocks. W would be as large as L, so it is not
+kept: L⁻¹ B costs another solve. That makes 38 KiB per frame, of which L is 34, and 34 more for the first
+thousand.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ from simrecon.types import Array
 
 SOME = 2000
 """Frames whose border is multiplied at once."""
+WIDE = 16
+"""Blocks of L, of 64 frames each, that are kept ready to be applied."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +42,13 @@ class Conditioning:
     """A linear map between the packed variables x (n,) and well-scaled ones u (n,).
 
     Attributes:
-        columns: of L from the diagonal down, (FREE n, WIDTH) of each block of n frames.
+        columns: of L from the diagonal down, (FREE n + TAIL, WIDTH) of each block of n frames, and of the
+            identity for the unknowns after it.
         border: (T, FREE, 2 + L + 3) and leans: (T, F): B, as in `Curvature`.
         corner: (m, m) C, lower triangular.
     """
 
-    columns: tuple[NDArray[np.float32], ...]
+    columns: tuple[NDArray[np.floating], ...]
     border: NDArray[np.float32]
     leans: Array
     corner: Array
@@ -90,14 +95,11 @@ class Conditioning:
 
     def _bands(self, *, backwards: bool = False) -> Iterator[tuple[slice, Array]]:
         """By block, where it is with the unknowns after it, and L (WIDTH, …), there as if the identity."""
-        work = np.empty((len(self.columns[0]) + TAIL, WIDTH))
-        starts = np.cumsum([0, *map(len, self.columns)])
+        starts = np.cumsum([0, *(len(band) - TAIL for band in self.columns)])
         order = range(len(self.columns))
         for i in reversed(order) if backwards else order:
-            count = len(self.columns[i])
-            work[:count] = self.columns[i]
-            work[count : count + TAIL] = IDENTITY
-            yield slice(starts[i], starts[i + 1] + TAIL), work[: count + TAIL].T
+            band = self.columns[i].astype(np.float64, copy=False)
+            yield slice(starts[i], starts[i] + len(band)), band.T
 
     def _spread(self, shared: Array) -> Array:
         """B shared, (FREE·T,)."""
@@ -120,6 +122,12 @@ class Conditioning:
         return np.concatenate((plain.sum(axis=0), (self.leans.T @ lean).ravel()))
 
 
+def _kept(band: Array, *, wide: bool) -> NDArray[np.floating]:
+    """A block with half its digits, in so many bytes or in twice as many."""
+    half = band.astype(np.float32)
+    return half.astype(np.float64) if wide else half
+
+
 def condition(parts: Iterable[Curvature]) -> Conditioning:
     """Factor a curvature.
 
@@ -133,9 +141,9 @@ def condition(parts: Iterable[Curvature]) -> Conditioning:
     for part in parts:
         band = factored(part, carried)
         count = len(band) - TAIL
-        columns.append(band[:count].astype(np.float32))
         carried = carried_by(band)
         band[count:] = IDENTITY
+        columns.append(_kept(band, wide=len(columns) < WIDE))
         wide = part.wide().reshape(count, -1)
         right = np.concatenate((wide, np.zeros((TAIL, wide.shape[1]))))
         right[:TAIL] += left

@@ -67,6 +67,16 @@ def test_conditioning_makes_curvatures_alike(better: Conditioning, problem: Prob
     assert max(new) / min(new) < max(raw) / min(raw)
 
 
+def test_numbers_that_are_widened_when_they_are_needed_are_the_same(
+    better: Conditioning, problem: Problem, point: Array, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simrecon.kinematics.conditioning.WIDE", 0)
+    narrow = condition(curvature(problem, problem.unpack(point)))
+    assert [band.dtype for band in (*narrow.columns, *better.columns)] == [np.float32, np.float64]
+    np.testing.assert_array_equal(narrow.to_variables(point), better.to_variables(point))
+    np.testing.assert_array_equal(narrow.gradient(point), better.gradient(point))
+
+
 @pytest.mark.parametrize("frames", [9, 12, 14])
 def test_a_curvature_in_blocks_is_that_of_the_whole(
     repeated: Repeated, monkeypatch: pytest.MonkeyPatch, frames: int
