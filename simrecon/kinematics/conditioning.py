@@ -134,7 +134,8 @@ def condition(parts: Iterable[Curvature]) -> Conditioning:
     Args:
         parts: its blocks of frames, one after the other; of each only half the digits are kept.
     """
-    columns, borders, leans = [], [], []
+    columns: list[NDArray[np.floating]] = []
+    borders, leans = [], []
     corner = squared = np.zeros(())  # S and Wᵀ W so far
     # what the frames before take from the first unknowns of a block: of A, and of B
     carried, left = np.zeros((TAIL, TAIL)), np.zeros(())
