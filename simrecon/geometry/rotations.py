@@ -176,7 +176,7 @@ def left_jacobian(rotvec: ArrayLike) -> Array:
     small = angle < 1e-4
     safe = np.where(small, 1.0, angle)
     a = np.where(small, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
-    b = np.where(small, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
+    b = np.where(small, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / (safe * safe**2))
     return _combined(1 - b * angle**2, a, b, rotvec)  # [v]ₓ² = v vᵀ - |v|² 1
 
 

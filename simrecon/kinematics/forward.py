@@ -59,7 +59,8 @@ def at(pose: Pose, frames: IntArray) -> Pose:
 
 def points(pose: Pose, segments: IntArray, offsets_m: Array) -> Array:
     """World positions (M, T, 3) of points fixed to segments at offsets_m (M, 3)."""
-    return pose.origins_m[segments] + (pose.axes[segments] @ offsets_m[:, None, :, None])[..., 0]
+    axes = pose.axes[segments].reshape(len(segments), -1, 3)  # (M, 3 T, 3): one product for all frames
+    return pose.origins_m[segments] + (axes @ offsets_m[..., None]).reshape(len(segments), -1, 3)
 
 
 def adjoint(
@@ -96,7 +97,13 @@ def adjoint(
 
 def turned(rotvecs: Array, points_m: Array) -> Array:
     """Points (M, T, 3) turned about the origin by the rotation vector (T, 3) of their frame."""
-    return (rotations.matrix(rotations.exp(rotvecs)) @ points_m[..., None])[..., 0]
+    return rotated(rotations.matrix(rotations.exp(rotvecs)), points_m)
+
+
+def rotated(matrices: Array, points_m: Array) -> Array:
+    """Points (M, T, 3) on the axes of the matrix (T, 3, 3) of their frame, or of one (3, 3) for all."""
+    by_frame = np.swapaxes(points_m, 0, 1) @ np.swapaxes(matrices, -1, -2)  # one product for all points
+    return np.swapaxes(by_frame, 0, 1)
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -113,3 +113,13 @@ def test_the_adjoint_is_the_transpose_of_the_derivative(person: Body, rng: np.ra
         turn[b] = 1e-6 * rng.normal(size=(T, 3))
         slope = loss(root, rotvecs + turn) - loss(root, rotvecs - turn)
         assert np.sum(d_rotvecs * turn) == pytest.approx(slope / 2, rel=1e-5, abs=1e-10)
+
+
+@pytest.mark.parametrize("each", [True, False])
+def test_points_are_rotated_by_the_matrix_of_their_frame(rng: np.random.Generator, each: bool) -> None:
+    points = rng.normal(size=(5, 4, 3))
+    matrices = rotations.matrix(rotations.exp(rng.normal(size=(4, 3) if each else 3)))
+    expected = np.empty_like(points)
+    for frame in range(4):
+        expected[:, frame] = points[:, frame] @ (matrices[frame] if each else matrices).T
+    np.testing.assert_allclose(forward.rotated(matrices, points), expected, atol=1e-14)

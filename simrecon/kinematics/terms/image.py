@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from simrecon.kinematics.forward import rotated
 from simrecon.kinematics.gradient import Gradient
 from simrecon.kinematics.hessian import Hessian, gram
 from simrecon.kinematics.problem import Problem
@@ -71,10 +72,10 @@ def reprojection(
         xyz[..., 2:] > LEAST_DEPTH_M, -np.sum(d_image * xyz[..., :2], axis=-1, keepdims=True) / depth**2, 0.0
     )
     d_camera = np.concatenate((d_image / depth, d_depth), axis=-1)  # (M, T, 3)
-    return float(np.sum(weights * loss)), (np.swapaxes(rotation, -1, -2) @ d_camera[..., None])[..., 0]
+    return float(np.sum(weights * loss)), rotated(np.swapaxes(rotation, -1, -2), d_camera)
 
 
 def in_camera(points_m: Array, world_to_camera: Array) -> tuple[Array, Array]:
     """Points (M, T, 3) on the axes of the camera, and its rotation (3, 3) or (T, 3, 3)."""
     rotation, translation = world_to_camera[..., :3, :3], world_to_camera[..., :3, 3]
-    return (rotation @ points_m[..., None])[..., 0] + translation, rotation
+    return rotated(rotation, points_m) + translation, rotation
