@@ -1,6 +1,7 @@
 """Several descents of one window from different starts; the steps go to those that promise most.
 
 Exact slopes lead to the bottom of the contact mode in which they begin; the start decides which that is.
+Steps that are left when no descent promises more go to new starts beside the best one.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from simrecon.types import Array
 
 NOISE = (0.3, 1.0)
 """Of the starts beside the warm one, in turn, in deviations (docs/studies/derivatives.md)."""
+AGAIN = 0.3
+"""Noise about the best point where all descents are at rest, in deviations; 0.15 left more of the loss."""
 FIRST_STEPS = 2
 """Of every start, before they are compared."""
 AHEAD = 3
@@ -44,14 +47,14 @@ class Course:
 def descend(
     task: Task, simulator: Simulator, rng: np.random.Generator, count: int, steps: int, course: Course
 ) -> Descent:
-    """The best of some starts, after so many steps of all together, or fewer where nothing more is promised.
+    """The best of some starts, after so many steps of all together.
 
     Args:
         task: the window.
         simulator: rolls out.
         rng: the noise of the starts.
         count: of them; one is enough if no step is taken.
-        steps: at most.
+        steps: of all together; those that find no way down count.
         course: gets an entry for the start and each step.
     """
     descents = [Descent.begin(task, simulator, x) for x in starts(task, count if steps else 1, rng)]
@@ -60,7 +63,11 @@ def descend(
     for step in range(steps):
         descent = first[step] if step < len(first) else most_promising(descents)
         if descent is None:
-            break
+            best = min(descents, key=lambda own: own.loss)
+            if not np.isfinite(best.loss):
+                break
+            descent = Descent.begin(task, simulator, beside(task, best.x, AGAIN, rng))
+            descents.append(descent)
         descent.step()
         course.add(descent.loss, simulator.steps)
     course.evaluations = sum(descent.evaluations for descent in descents)
@@ -69,11 +76,14 @@ def descend(
 
 def starts(task: Task, count: int, rng: np.random.Generator) -> list[Array]:
     """Unknowns (n,) to begin with: the warm start, and so many more with noise."""
-    warm, scale = task.warm_start(), task.deviations()
+    warm = task.warm_start()
+    return [warm, *(beside(task, warm, NOISE[k % len(NOISE)], rng) for k in range(count - 1))]
+
+
+def beside(task: Task, x: Array, noise: float, rng: np.random.Generator) -> Array:
+    """Unknowns (n,) with noise, in deviations, about x (n,), within their bounds."""
     low, high = task.bounds().T
-    sizes = [NOISE[k % len(NOISE)] for k in range(count - 1)]
-    noisy = [np.clip(warm + size * scale * rng.standard_normal(len(warm)), low, high) for size in sizes]
-    return [warm, *noisy]
+    return np.clip(x + noise * task.deviations() * rng.standard_normal(len(x)), low, high)
 
 
 def most_promising(descents: list[Descent]) -> Descent | None:
