@@ -68,9 +68,10 @@ def write(
             body is never in it; or the overlay can't be written.
     """
     if video_path is not None and has_view(clip.camera):
-        _check_seen(clip)
+        painter = Painter(clip)
+        _check_seen(painter)
         path = Path(folder) / "overlay.mp4"
-        frames = render(clip, video.frames(video_path, clip.times_s, clip.part, turn_deg))
+        frames = _painted(painter, video.frames(video_path, clip.times_s, clip.part, turn_deg))
         video.write_video(path, frames, video.rate_hz(clip.times_s))
         return path
     path = Path(folder) / "overlay.png"
@@ -78,10 +79,10 @@ def write(
     return path
 
 
-def _check_seen(clip: Animation) -> None:
+def _check_seen(painter: Painter) -> None:
     """Refuse to draw a body on a video in which it never is."""
-    frames = np.unique(np.linspace(0, len(clip.times_s) - 1, _LOOKED_AT).round().astype(int))
-    if not Painter(clip).is_seen(frames):
+    last = len(painter.clip.times_s) - 1
+    if not painter.is_seen(np.unique(np.linspace(0, last, _LOOKED_AT).round().astype(int))):
         raise InputError(
             "the body is outside the image in all frames: the camera is not where the input has it"
         )
@@ -97,13 +98,20 @@ def render(
         images: one per frame, or None for plain ground.
         max_side_px: the longer side is not longer than this; both sides are even.
 
-    Yields:
-        (H, W, 3) images, blue green red.
+    Returns:
+        Images (H, W, 3), blue green red, drawn as they are asked for.
 
     Raises:
         InputError: an image has another shape than the camera's, or there are too few images.
     """
-    painter = Painter(clip)
+    return _painted(Painter(clip), images, max_side_px)
+
+
+def _painted(
+    painter: Painter, images: Iterable[Image | None] | None = None, max_side_px: int = 960
+) -> Iterator[Image]:
+    """Every frame of a painter's clip; see `render`."""
+    clip = painter.clip
     width, height = painter.camera.lens.image_size_px
     scale = min(1.0, max_side_px / max(width, height))
     size = (2 * max(1, round(width * scale / 2)), 2 * max(1, round(height * scale / 2)))

@@ -70,13 +70,7 @@ def transitions(inverse: Inverse, states: Array, ctrl: Array) -> Transitions:
 
 def by_start(tree: Tree, offsets: Array) -> Array:
     """E (N, V, V): how q ⊕ o changes with q, for moves by offsets o (N, V)."""
-    carried = np.zeros((*offsets.shape, offsets.shape[1]))
-    every = np.arange(offsets.shape[1])
-    carried[:, every, every] = 1.0
-    rows = tree.turns
-    turns = rotations.matrix(rotations.exp(-offsets[:, rows]))  # (N, R, 3, 3)
-    carried[:, rows[:, :, None], rows[:, None, :]] = turns
-    return carried
+    return tree.blocks(np.ones_like(offsets), rotations.matrix(rotations.exp(-offsets[:, tree.turns])))
 
 
 def by_offset(tree: Tree, offsets: Array, changes: Array) -> Array:
@@ -89,19 +83,14 @@ def by_offset(tree: Tree, offsets: Array, changes: Array) -> Array:
 class PointSlopes:
     """How points and the centre of mass of a tree of bodies move with the coordinates."""
 
-    def __init__(self, model: mujoco.MjModel, sites: IntArray, body: int) -> None:
+    def __init__(self, model: mujoco.MjModel, tree: Tree, sites: IntArray, body: int) -> None:
         """Of sites (M,) and the tree below a body, both below one root."""
-        self._sites, self._body, self._root = sites, body, int(model.body_rootid[body])
-        moved = np.zeros((model.nbody, model.nv), bool)  # whether a degree of freedom moves a body
-        for own in range(1, model.nbody):
-            first = model.body_dofadr[own]
-            moved[own] = moved[model.body_parentid[own]]
-            moved[own, first : first + model.body_dofnum[own]] |= first >= 0
-        self._moves_site = moved[model.site_bodyid[sites]]  # (M, V)
+        self._sites, self._root = sites, int(model.body_rootid[body])
+        self._moves_site = tree.carries[model.site_bodyid[sites]]  # (M, V)
         below = np.zeros(model.nbody, bool)
         for own in range(body, model.nbody):
             below[own] = own == body or below[model.body_parentid[own]]
-        self._shares = moved.T * (below * model.body_mass / model.body_mass[below].sum())  # (V, nbody)
+        self._shares = tree.carries.T * (below * model.body_mass / model.body_mass[below].sum())  # (V, B)
 
     def at(self, data: mujoco.MjData) -> tuple[Array, Array]:
         """Derivatives of the points (M, 3, V) and of the centre of mass (3, V) by tangents of q.

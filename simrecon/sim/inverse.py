@@ -32,11 +32,12 @@ import numpy as np
 
 from simrecon.geometry import rotations
 from simrecon.sim import reaction
+from simrecon.sim.address import motor_dofs
 from simrecon.sim.rigid import Motion, Rigid
 from simrecon.sim.state import qpos_of, qvel_of
-from simrecon.sim.steps import Mask, Reader, Step
-from simrecon.sim.tree import BALL, FREE, SLIDE, Tree
-from simrecon.types import Array, IntArray
+from simrecon.sim.steps import Reader, Step
+from simrecon.sim.tree import BALL, FREE, SLIDE, Mask, Tree
+from simrecon.types import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +62,9 @@ class Inverse:
         """Find out what the model is made of."""
         self.model, self.tree = model, Tree.of(model)
         self.closed = _closed_form(model, self.tree)
-        axis = np.argmax(np.abs(model.actuator_gear), axis=1)
-        joint = model.actuator_trnid[:, 0]
-        self._dof: IntArray = model.jnt_dofadr[joint] + np.where(model.jnt_type[joint] == BALL, axis, 0)
+        self._dof = motor_dofs(model)
         self._pull = np.eye(model.nv)[self._dof]  # (U, V) which motor pulls at what
-        self._gear = np.take_along_axis(model.actuator_gear, axis[:, None], axis=1)[:, 0]
+        self._gear = model.actuator_gear.sum(axis=1)  # along the one axis that it has
 
     def slopes(self, states: Array, ctrl: Array) -> ForceSlopes:
         """Of consecutive steps from states (N + 1, nstate) under control (N, U)."""
@@ -125,13 +124,9 @@ class Inverse:
 
     def _springs(self, qpos: Array, stiffness: Array) -> Array:
         """∂(K log q)/∂q (N, V, V) of stiffness (N, V) at configurations (N, nq)."""
-        slope = np.zeros((*stiffness.shape, stiffness.shape[1]))
-        every, rows = np.arange(stiffness.shape[1]), self.tree.turns  # (R, 3)
-        slope[:, every, every] = stiffness
         turns = rotations.log(qpos[:, self.tree.quaternions[:, None] + np.arange(4)])  # (N, R, 3)
-        blocks = stiffness[:, rows][..., None] * rotations.log_jacobian(turns)  # (N, R, 3, 3)
-        slope[:, rows[:, :, None], rows[:, None, :]] = blocks
-        return slope
+        blocks = stiffness[:, self.tree.turns][..., None] * rotations.log_jacobian(turns)  # (N, R, 3, 3)
+        return self.tree.blocks(stiffness, blocks)
 
 
 def _closed_form(model: mujoco.MjModel, tree: Tree) -> bool:

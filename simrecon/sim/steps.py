@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from simrecon.sim import spatial
 from simrecon.sim.reaction import Reaction
 from simrecon.sim.state import set_state
-from simrecon.sim.tree import Tree
+from simrecon.sim.tree import Mask, Tree
 from simrecon.types import Array, IntArray
 
 EPSILON = 1e-9
@@ -22,8 +21,6 @@ EPSILON_WHOLE = 1e-8
 
 _LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _PUSHES = int(mujoco.mjtConstraintState.mjCNSTRSTATE_QUADRATIC)
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +45,6 @@ class Step:
 
     Attributes:
         axes: (V, 6) and inertias: (B, 10), MuJoCo's `cdof` and `cinert`.
-        free: (U,) motors below their largest force.
         mass: (V, V). by_velocity, by_acceleration: (V, V) slopes of the constraints.
         columns: (C,) degrees of freedom by which f was differentiated; differences: (V, C) of f by those.
         reactions: of what is fixed on the bodies that touch it.
@@ -56,7 +52,6 @@ class Step:
 
     axes: Array
     inertias: Array
-    free: Mask
     mass: Array
     by_velocity: Array
     by_acceleration: Array
@@ -103,7 +98,7 @@ class Reader:
     def read(self, index: int) -> Step:
         """The step in place, the `index`-th of those that are read; the data is elsewhere after it."""
         model, data = self._model, self.data
-        axes, inertias, free = data.cdof.copy(), data.cinert.copy(), self.free()
+        axes, inertias = data.cdof.copy(), data.cinert.copy()
         mass, by_velocity, by_acceleration = np.zeros((3, model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         columns, differences = np.zeros(0, np.int64), np.zeros((model.nv, 0))
@@ -130,7 +125,7 @@ class Reader:
                     )
                 )
         return Step(
-            axes, inertias, free, mass, by_velocity, by_acceleration, columns, differences, tuple(reactions)
+            axes, inertias, mass, by_velocity, by_acceleration, columns, differences, tuple(reactions)
         )
 
     def _rows(self) -> Rows | None:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.types import IntArray
+from simrecon.types import Array, IntArray
 
 BALL, FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
 SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -20,7 +20,6 @@ class Tree:
     """Masks over the degrees of freedom (V) and bodies (B) of a model.
 
     Attributes:
-        body: (V,) of each degree of freedom.
         carries: (B, V) whether a degree of freedom carries a body.
         above: (V, V) [j, k]: j's body is k's or carries it, by depth; same body included.
         moves: (V, V) [j, k]: the axis of j is moved by k.
@@ -32,7 +31,6 @@ class Tree:
         turns: (R, 3) degrees of freedom of rotations of ball and free joints; quaternions: (R,) first `qpos`.
     """
 
-    body: IntArray
     carries: Mask
     above: Mask
     moves: Mask
@@ -68,8 +66,15 @@ class Tree:
         turns, quaternions = _turns(model)
         moved, rooted = np.asarray(carries.any(axis=1)), np.asarray(roots.any(axis=0))
         return cls(
-            body, carries, above, moves, before, before | same, moved, root, roots, rooted, turns, quaternions
+            carries, above, moves, before, before | same, moved, root, roots, rooted, turns, quaternions
         )
+
+    def blocks(self, diagonal: Array, turns: Array) -> Array:
+        """Matrices (N, V, V) with a diagonal (N, V), and for each rotation a block, of (N, R, 3, 3)."""
+        matrix, every = np.zeros((*diagonal.shape, diagonal.shape[1])), np.arange(diagonal.shape[1])
+        matrix[:, every, every] = diagonal
+        matrix[:, self.turns[:, :, None], self.turns[:, None, :]] = turns
+        return matrix
 
 
 def _turns(model: mujoco.MjModel) -> tuple[IntArray, IntArray]:

@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from simrecon.optim.gauss_newton import Quadratic, Term, residuals
+from simrecon.optim.gauss_newton import Quadratic, Term
 from simrecon.types import Array
+from tests.support.residuals import residuals
 
 Loss = Callable[[Array], Array]
 

@@ -89,7 +89,7 @@ def test_points_and_the_centre_of_mass_move_as_differences_say(
 ) -> None:
     body, sites = int(model.body(root).id), np.array([2, 0, 3])
     data = next(posed(model, qpos[None]))
-    points, com = PointSlopes(model, sites, body).at(data)
+    points, com = PointSlopes(model, Tree.of(model), sites, body).at(data)
     assert (points.shape, com.shape) == ((3, 3, model.nv), (3, model.nv))
     by_point, by_com = np.empty_like(points), np.empty_like(com)
     for dof, move in enumerate(MOVE * np.eye(model.nv)):
@@ -105,7 +105,9 @@ def test_points_and_the_centre_of_mass_move_as_differences_say(
 
 def test_what_does_not_carry_a_point_does_not_move_it(model: mujoco.MjModel, qpos: Array) -> None:
     body = int(model.body("trunk").id)
-    points, com = PointSlopes(model, np.arange(model.nsite), body).at(next(posed(model, qpos[None])))
+    points, com = PointSlopes(model, Tree.of(model), np.arange(model.nsite), body).at(
+        next(posed(model, qpos[None]))
+    )
     hinge, leg = 0, slice(model.nv - 3, model.nv)
     assert not points[..., hinge].any()
     assert not com[:, hinge].any()

@@ -53,15 +53,16 @@ class Descent:
     @property
     def at_rest(self) -> bool:
         """Whether no further step is worth its cost, or possible."""
-        return (
-            self.failures >= FAILURES
-            or (not self.failures and self.gain < REST)
-            or not np.isfinite(self.loss)
-        )
+        return self.is_stuck or (not self.failures and self.gain < REST)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether no further step is possible."""
+        return self.failures >= FAILURES or not np.isfinite(self.loss)
 
     def step(self) -> None:
         """Take the best of several damped steps, if one leads downhill; measure the slope where it is new."""
-        if self.failures >= FAILURES or not np.isfinite(self.loss):
+        if self.is_stuck:
             return
         scale = self.task.deviations()
         if self.quadratic is None or not self.failures:

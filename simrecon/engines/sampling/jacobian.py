@@ -60,7 +60,8 @@ def linearise(task: Task, simulator: Simulator, x: Array, scale: Array) -> Linea
 def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
     """The terms of the loss around the configurations (F, nq) of its frames."""
     model, person = simulator.model, simulator.person
-    rows, slopes = task.problem.point_rows, PointSlopes(simulator.model, task.problem.point_rows, person.body)
+    rows = task.problem.point_rows
+    slopes = PointSlopes(model, simulator.inverse.tree, rows, person.body)
     points, com = np.empty((len(qpos), model.nsite, 3)), np.empty((len(qpos), 3))
     by_point, by_com = np.empty((len(qpos), len(rows), 3, model.nv)), np.empty((len(qpos), 3, model.nv))
     for frame, data in enumerate(posed(model, qpos)):

@@ -53,8 +53,8 @@ class Sampler:
         most = plan.descent_steps * effort.factor * (1 if window.index else FIRST_WINDOW)
         descent = descend(task, self.simulator, rng, plan.starts * effort.factor, most, course)
         descent_steps = len(course.losses) - 1
-        status = WindowStatus.DESCENT if descent_steps == most else WindowStatus.AT_REST
         best: Descent | Search = descent
+        status = WindowStatus.DESCENT
         if plan.generations:
             best, status = self._sampled(descent, rng, plan.generations * effort.factor, course)
         committed = task.commit(best.x)

@@ -79,8 +79,9 @@ def placed(world: SmplMotion, seen: SmplMotion, camera: Camera) -> tuple[Array |
     path = np.eye(4)
     path[:3, :3], path[:3, 3] = axes, np.median(off, axis=0)
     still: Array = np.broadcast_to(path, each.shape)
-    if reason := _unseen(joints_m(seen)[:, 0], camera) or fault(still, world, seen):
-        if not (_unseen(joints_m(seen)[:, 0], camera) or fault(each, world, seen)):
+    outside = _unseen(joints_m(seen)[:, 0], camera)
+    if reason := outside or fault(still, world, seen):
+        if not (outside or fault(each, world, seen)):
             return each, ALONG
         return None, f"where the camera stands is not known ({reason})"
     return still, "the camera stands where both motions in the file have it"

@@ -90,7 +90,6 @@ class Reprojection(LossTerm):
     """
 
     name = "reprojection"
-    robust = True
     needs_camera = True
 
     def value(self, seen: Seen) -> Array:
@@ -130,7 +129,6 @@ class TotalVariation(LossTerm):
     """
 
     name = "total_variation"
-    robust = True
     differences = 3
 
     joint_rows: IntArray

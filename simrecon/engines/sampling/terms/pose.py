@@ -28,7 +28,6 @@ class Pose(LossTerm):
     """How the base and all joints are turned, as quaternions q (eq. 2)."""
 
     name = "pose"
-    robust = True
 
     def value(self, seen: Seen) -> Array:
         """Σ_t Σ_j arccos |⟨q, q^k⟩|, rad: half of the angles between them."""
@@ -59,7 +58,6 @@ class JointLimit(LossTerm):
     """
 
     name = "joint_limit"
-    robust = True
 
     limits_rad: Array
 
@@ -110,7 +108,6 @@ class Prior(LossTerm):
     """
 
     name = "prior"
-    robust = True
 
     prior: PosePrior
     rows: IntArray
@@ -125,28 +122,22 @@ class Prior(LossTerm):
 
     def value(self, seen: Seen) -> Array:
         """Σ_t ‖z(q_t)‖."""
-        code = self.prior.latent(seen.orientations[:, self._rows(seen), 1:])
+        code = self.prior.latent(seen.orientations[:, self.rows, 1:])
         value: Array = np.sum(np.linalg.norm(code, axis=-1), axis=-1) * self.share
         return value
 
     def residual(self, seen: Seen) -> gauss_newton.Term:
         """z(q_t), zero at frames that are left out: (P, F, D)."""
-        rows = self._rows(seen)
-        latent = self.prior.latent(seen.orientations[:, rows, 1:])
+        latent = self.prior.latent(seen.orientations[:, self.rows, 1:])
         code = np.zeros((*seen.orientations.shape[:2], latent.shape[-1]))
-        code[:, rows] = latent
+        code[:, self.rows] = latent
         return gauss_newton.Term(code, self.weight * self.share, np.ones_like)
 
     def slope(self, seen: Seen, moves: Moves) -> Array:
         """Of the codes, zero at frames that are left out: (F, D, V)."""
-        rows = self._rows(seen)
-        rotvecs = rotations.log(seen.orientations[0, rows, 1:])  # (F', 16, 3)
+        rotvecs = rotations.log(seen.orientations[0, self.rows, 1:])  # (F', 16, 3)
         by_rotvec = self.prior.slope(rotvecs)  # (F', D, 16, 3)
         by_turn = np.einsum("fdji,fjik->fjdk", by_rotvec, rotations.log_jacobian(rotvecs))
         slope = np.zeros((seen.orientations.shape[1], by_rotvec.shape[1], moves.com.shape[-1]))
-        slope[rows] = moves.of_turns(by_turn, JOINTS).sum(axis=1)
+        slope[self.rows] = moves.of_turns(by_turn, JOINTS).sum(axis=1)
         return slope
-
-    def _rows(self, seen: Seen) -> IntArray:
-        """Which of the frames that are seen it looks at."""
-        return self.rows[self.rows >= seen.since] - seen.since

@@ -40,41 +40,27 @@ class Targets:
             world_to_camera=None if camera is None else camera[frames],
         )
 
-    def later(self, since: int) -> Targets:
-        """Those of the frames from `since` on."""
-        camera = self.world_to_camera
-        return Targets(
-            com_m=self.com_m[since:],
-            points_m=self.points_m[since:],
-            orientations=self.orientations[since:],
-            rays=self.rays[since:],
-            scores=self.scores[since:],
-            world_to_camera=None if camera is None else camera[since:],
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """P rollouts at the last F frames of a window.
+    """P rollouts at the F frames of a window.
 
     Attributes:
         com_m: (P, F, 3) centre of mass. points_m: (P, F, M, 3) points of the body.
         orientations: (P, F, 17, 4) root and joint quaternions.
         targets: of the same frames.
-        since: frames of the window before these.
     """
 
     com_m: Array
     points_m: Array
     orientations: Array
     targets: Targets
-    since: int = 0
 
     @classmethod
-    def of(cls, rolled: Rollouts, point_rows: IntArray, targets: Targets, since: int = 0) -> Seen:
+    def of(cls, rolled: Rollouts, point_rows: IntArray, targets: Targets) -> Seen:
         """Rollouts whose sites `point_rows` (M,) are the points of the body; `targets` of their frames."""
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)
-        return cls(rolled.com_m, rolled.points_m[:, :, point_rows], orientations, targets, since)
+        return cls(rolled.com_m, rolled.points_m[:, :, point_rows], orientations, targets)
 
     @cached_property
     def com_off_m(self) -> Array:

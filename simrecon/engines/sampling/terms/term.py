@@ -19,14 +19,12 @@ class LossTerm(ABC):
 
     Attributes:
         name: of the term, and of its weight in `[loss]` of a plan.
-        robust: whether Gauss-Newton steps take it by reweighting; else it is a plain sum of squares.
         differences: frames before its own that a frame of the term looks at.
         needs_camera: whether it is left out without a camera.
         weight: w.
     """
 
     name: ClassVar[str]
-    robust: ClassVar[bool] = False
     differences: ClassVar[int] = 0
     needs_camera: ClassVar[bool] = False
 
