@@ -175,7 +175,15 @@ def _dry_run(parsed: argparse.Namespace, listed: tuple[clips.Clip, ...], setting
     forecast = ahead.plan_ahead(listed, settings, lambda line: print(line, file=sys.stderr))
     if parsed.json:
         print(json.dumps(forecast, indent=1))
-        return 0
+    else:
+        _show(forecast)
+    if forecast["size_bytes"] > forecast["free_bytes"]:
+        needed, free = _megabytes(forecast)
+        raise InputError(f"{parsed.output}: needs {needed}, found {free} free; make space first")
+    return EXIT_FALLBACK if forecast["failed"] else 0
+
+
+def _show(forecast: dict[str, Any]) -> None:
     to_do = forecast["clips"] - len(forecast["kept"]) - len(forecast["failed"])
     end = time.strftime("%Y-%m-%d %H:%M", time.localtime(time.time() + forecast["wall_s"]))
     kept = f", {len(forecast['kept'])} are done" if forecast["kept"] else ""
@@ -185,13 +193,15 @@ def _dry_run(parsed: argparse.Namespace, listed: tuple[clips.Clip, ...], setting
     print(
         f"time      {duration(forecast['wall_s'])} with {forecast['jobs']} at once, until {end} if begun now"
     )
-    size, free = (f"{forecast[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
-    print(f"disk      {size} of {free} free")
+    print("disk      {} of {} free".format(*_megabytes(forecast)))
     for name, message in forecast["failed"].items():
         print(f"bad       {name}: {message}")
-    if forecast["size_bytes"] > forecast["free_bytes"]:
-        raise InputError(f"{parsed.output}: needs {size}, found {free} free; make space first")
-    return 0
+
+
+def _megabytes(forecast: dict[str, Any]) -> tuple[str, str]:
+    """What the results will need, and what is free."""
+    needed, free = (f"{forecast[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
+    return needed, free
 
 
 def _status(parsed: argparse.Namespace) -> int:

@@ -151,7 +151,7 @@ def _add(group: Any, option: Option, text: str) -> None:
         metavar=option.rules.get("metavar"),
         help=text,
     )
-    action.words = choices  # for completion
+    action.words = choices or option.rules.get("numbers")  # for completion
 
 
 def _names(text: str) -> tuple[str, ...]:

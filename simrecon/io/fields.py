@@ -21,6 +21,7 @@ def option(
     low: float | None = None,
     high: float | None = None,
     above: float | None = None,
+    numbers: tuple[float, ...] | None = None,
     choices: Choices | None = None,
     **more: Any,
 ) -> Any:
@@ -31,10 +32,11 @@ def option(
         low: smallest valid number.
         high: largest valid number.
         above: the number must be larger than this.
+        numbers: the only valid ones.
         choices: valid words, or a function that gives them.
         more: other metadata, such as `help` and `metavar` of a command line.
     """
-    rules = {"low": low, "high": high, "above": above, "choices": choices}
+    rules = {"low": low, "high": high, "above": above, "numbers": numbers, "choices": choices}
     metadata = {key: rule for key, rule in rules.items() if rule is not None} | more
     if isinstance(default, dict | list):
         return dataclasses.field(default_factory=default.copy, metadata=metadata)

@@ -23,7 +23,7 @@ def value_of(kind: Any, rules: Mapping[str, Any], value: Any, where: str) -> Any
 
     Args:
         kind: bool, int, float, str, Path, a Literal, a tuple or table of these, or a union.
-        rules: `low`, `high`, `above`, `choices`, `line`, as `fields.option` has them.
+        rules: `low`, `high`, `above`, `numbers`, `choices`, `line`, as `fields.option` has them.
         value: as TOML gives it, or as a dataclass holds it.
         where: at the start of the message, such as `"plan.toml: [window] length_s"`.
 
@@ -93,7 +93,7 @@ def _accepted_number(kind: type, rules: Mapping[str, Any], value: Any) -> Any:
     low, high = rules.get("low", -limit), rules.get("high", limit)
     if not low <= value <= high or not value > rules.get("above", -float("inf")):
         return _REFUSED
-    return kind(value)
+    return kind(value) if value in rules.get("numbers", (value,)) else _REFUSED
 
 
 def _accepted_text(kind: type, rules: Mapping[str, Any], value: Any) -> Any:
@@ -134,6 +134,8 @@ def _noun(kind: Any, rules: Mapping[str, Any]) -> str:
         return _list_noun(inner, rules)
     if origin in (dict, Mapping):
         return "a table" if inner[1] is Any else f"a table, each value {_noun(inner[1], rules)}"
+    if member in (int, float) and "numbers" in rules:
+        return " or ".join(", ".join(f"{number:g}" for number in rules["numbers"]).rsplit(", ", 1))
     if member in (int, float):
         return f"a {'whole ' if member is int else ''}number{_limits(rules)}"
     if member is bool:

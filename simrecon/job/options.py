@@ -29,6 +29,7 @@ def option(
     text: str,
     *,
     bounds: tuple[float, float] | None = None,
+    numbers: tuple[float, ...] | None = None,
     choices: tuple[str, ...] | None = None,
     flag: str = "",
     metavar: str | None = None,
@@ -41,6 +42,7 @@ def option(
         default: of who does not give it.
         text: a line of help; ends with what holds without the option, in square brackets.
         bounds: lowest and highest number.
+        numbers: the only valid ones.
         choices: all valid words.
         flag: of the command line, if it is not `--` and the name of the field.
         metavar: what stands for the value in help.
@@ -52,6 +54,7 @@ def option(
         default,
         low=low,
         high=high,
+        numbers=numbers,
         choices=choices,
         help=text,
         flag=flag,
@@ -132,7 +135,7 @@ class Reading:
     camera_name: str | None = option(None, metavar="NAME", text="which camera of that file")
     rotate: int | None = option(
         None,
-        bounds=(90, 270),
+        numbers=(90, 180, 270),
         metavar="DEG",
         text="90, 180 or 270: turns the image, and landmarks in it, clockwise [as the video says]",
     )

@@ -17,8 +17,6 @@ def refuse(reading: Reading) -> None:
     start, end = reading.from_s, reading.to_s
     if start is not None and end is not None and start >= end:
         raise InputError(f"--to: found {end:g} beside --from {start:g}; valid: a later time")
-    if reading.rotate is not None and reading.rotate % 90:
-        raise InputError(f"--rotate: found {reading.rotate}; valid: 90, 180 or 270, clockwise")
     lens = (reading.camera, reading.fov_deg)
     if reading.size_px is not None and lens == (None, None) and not reading.unknown_camera:
         raise InputError("--size: found no lens for it; valid: --fov, --camera or --unknown-camera beside it")

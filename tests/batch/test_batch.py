@@ -97,7 +97,8 @@ def test_a_dry_run_says_what_it_costs_and_writes_nothing(
     inputs: Path, plan: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert cli.main(["batch", str(inputs), "-o", str(out), "--plan", plan, "--dry-run", "--json"]) == 0
+    command = ["batch", str(inputs), "-o", str(out), "--plan", plan, "--dry-run"]
+    assert cli.main([*command, "--json"]) == 3  # as the batch will end: one of its clips is bad
     said = json.loads(capsys.readouterr().out)
     assert not out.exists()
     assert list(said["failed"]) == ["broken"]
@@ -105,6 +106,17 @@ def test_a_dry_run_says_what_it_costs_and_writes_nothing(
     assert said["seconds"][plan] > 0
     assert 0 < said["wall_s"] < 120
     assert said["size_bytes"] > 10_000
+
+
+@pytest.mark.usefixtures("dask")
+def test_a_dry_run_of_good_clips_ends_well_and_one_of_bad_clips_does_not(
+    inputs: Path, plan: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, status, said in (("one", 0, "1 to do"), ("broken", 3, "bad       broken: ")):
+        command = ["batch", str(inputs / f"{name}.npz"), "-o", str(tmp_path / "out"), "--plan", plan]
+        assert cli.main([*command, "--dry-run"]) == status
+        assert said in capsys.readouterr().out
+    assert not (tmp_path / "out").exists()
 
 
 def start(inputs: Path, plan: str, out: Path, *more: str) -> subprocess.Popen[str]:

@@ -156,9 +156,9 @@ def test_landmarks_of_an_anamorphic_video_are_stretched_with_it(tmp_path: Path) 
     np.testing.assert_allclose(again.keypoints_px, found.keypoints_px)
 
 
-@pytest.mark.parametrize("word", ["100", "45", "360", "left"])
-def test_other_turns_are_refused(word: str) -> None:
-    with pytest.raises(InputError, match="--rotate"):
+@pytest.mark.parametrize("word", ["100", "45", "0", "360", "-90", "left"])
+def test_other_turns_are_refused_with_those_that_are_valid(word: str) -> None:
+    with pytest.raises(InputError, match=f"--rotate: must be 90, 180 or 270, found '{word}'"):
         observed(resources.folder("example") / "beam.npz", "--rotate", word)
 
 

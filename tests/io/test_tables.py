@@ -41,6 +41,7 @@ class Task:
     plan: str = tables.option("default", choices=lambda: ("default", "quick"))
     stiffness: float | Literal["fit"] | None = tables.number(100.0, 1e7, default=None)
     weight: float = tables.option(1.0, above=0.0, high=5.0)
+    turn: int | None = tables.option(None, numbers=(90, 180, 270))
     drop: tuple[str, ...] = tables.choice("joints", "camera", default=())
     settings: dict[str, float] = tables.option({})
     anything: dict[str, Any] = tables.option({})
@@ -59,6 +60,7 @@ FULL = Task(
     plan="quick",
     stiffness="fit",
     weight=0.1 + 0.2,
+    turn=180,
     drop=("camera",),
     settings={"a.b": 1e-7, "c": 5e-324},
     anything={"loss.prior": 0.0, "inner": {"list": [1, "x", True]}},
@@ -212,6 +214,7 @@ def test_a_default_table_is_not_shared() -> None:
         ("seed", "12", 12),
         ("weight", "1.5", 1.5),
         ("exact", "true", True),
+        ("turn", "270", 270),
         ("drop", "camera, joints", ("camera", "joints")),
         ("stiffness", "fit", "fit"),
         ("stiffness", "2e4", 2e4),
@@ -229,6 +232,8 @@ def test_values_from_words(name: str, word: str, value: Any) -> None:
         ("seed", "1.5", "here: seed must be a whole number from 0 to 9.22337e+18, found '1.5'"),
         ("seed", "9" * 5000, "here: seed must be a whole number"),
         ("weight", "inf", "here: weight must be a number above 0 and at most 5, found inf"),
+        ("turn", "45", "here: turn must be 90, 180 or 270, found 45"),
+        ("turn", "left", "here: turn must be 90, 180 or 270, found 'left'"),
         ("exact", "yes", "here: exact must be true or false, found 'yes'"),
     ],
 )
