@@ -46,7 +46,7 @@ class WindowPlan:
 
 @dataclass(frozen=True, kw_only=True)
 class Optimiser:
-    """`[optimiser]`: descents, CMA-ES and when it stops; `tol_*` are relative, 0 switches them off."""
+    """`[optimiser]`: descents, CMA-ES and when they stop; a `tol_*` of 0 switches it off."""
 
     covariance: Covariance
     population: int = number(4, 100_000)
@@ -60,6 +60,7 @@ class Optimiser:
     start_pose: float = number(0.0, 1.0)
     start_velocity: float = number(0.0, 10.0)
     tol_loss: float = number(0.0)
+    tol_loss_absolute: float = number(0.0, default=0.0)
     tol_sigma: float = number(0.0)
 
 

@@ -38,7 +38,7 @@ class WindowStatus(Enum):
 
     DESCENT = "all descent steps used"
     GENERATIONS = "all generations used"
-    AT_REST = "the loss improved by less than tol_loss"
+    AT_REST = "the loss improved by less than tol_loss and tol_loss_absolute"
     SMALL_STEPS = "the step size fell below tol_sigma"
     FAILED = "no rollout stayed finite"
 

@@ -119,7 +119,7 @@ def grown(problem: Problem, sampler: Sampler, descents: int) -> tuple[WindowResu
     best: Descent | None = None
     for end in ends:
         task = Task(problem, Window(0, 0, end, end), start)
-        descent = Descent.begin(task, sampler.simulator, task.warm_start())
+        descent = Descent.begin(task, sampler.simulator, task.warm_start()[None])
         if best is not None:
             width, free = task.shape[1], len(best.x) - best.task.shape[0] * best.task.shape[1]
             knots, offsets = best.x[: len(best.x) - free].reshape(-1, width), best.x[len(best.x) - free :]

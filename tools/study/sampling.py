@@ -139,7 +139,7 @@ def _by_hand(
 ) -> tuple[Array, Array]:
     """As the engine, but with another kind of generation, which says how many steps it took."""
     simulator, work = Sampler(problem, threads).simulator, Task(problem, window, handover)
-    descent = Descent.begin(work, simulator, work.warm_start())
+    descent = Descent.begin(work, simulator, work.warm_start()[None])
     steps, losses = [float(simulator.steps)], [descent.loss]
     for _ in range(problem.plan.optimiser.descent_steps):
         descent.step()

@@ -44,11 +44,13 @@ class Descent:
     gain: float = 1.0
 
     @classmethod
-    def begin(cls, task: Task, simulator: Simulator, x: Array) -> Descent:
-        """At unknowns x (n,)."""
-        values, finite = task.evaluate(simulator, x[None])
-        terms = {name: float(value[0]) for name, value in values.items()} if finite[0] else {}
-        return cls(task, simulator, x, sum(terms.values()) if finite[0] else np.inf, terms)
+    def begin(cls, task: Task, simulator: Simulator, samples: Array) -> Descent:
+        """At the best of unknowns (K, n)."""
+        values, finite = task.evaluate(simulator, samples)
+        total = np.where(finite, sum(values.values()), np.inf)
+        best = int(np.argmin(total))
+        terms = {name: float(value[best]) for name, value in values.items()} if finite[best] else {}
+        return cls(task, simulator, samples[best], float(total[best]), terms, len(samples))
 
     @property
     def at_rest(self) -> bool:

@@ -52,7 +52,7 @@ def _knots(problem: Problem, window: Window, start: Handover, steps: int) -> Han
         start = replace(start, state=_kinematic_state(problem, window))
     simulator = Simulator(problem.model, problem.plan.optimiser.population, 1)
     task = Task(problem, window, start)
-    descent = Descent.begin(task, simulator, task.warm_start())
+    descent = Descent.begin(task, simulator, task.warm_start()[None])
     for _ in range(steps):
         descent.step()
     return Handover(start.state, descent.task.knots_of(descent.x), descent.task.knots.start)

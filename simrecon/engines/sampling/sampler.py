@@ -12,10 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.course import Course
 from simrecon.engines.sampling.descent import Descent
 from simrecon.engines.sampling.draft import drafted
-from simrecon.engines.sampling.search import PATIENCE, Search
-from simrecon.engines.sampling.starts import Course, descend
+from simrecon.engines.sampling.search import Search
+from simrecon.engines.sampling.starts import descend
 from simrecon.engines.sampling.task import Task
 from simrecon.sim.rollout import Simulator, Threads
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
@@ -54,7 +55,7 @@ class Sampler:
         descent = descend(task, self.simulator, rng, plan.starts * effort.factor, most, course)
         descent_steps = len(course.losses) - 1
         best: Descent | Search = descent
-        status = WindowStatus.DESCENT
+        status = WindowStatus.DESCENT if descent_steps == most else WindowStatus.AT_REST
         if plan.generations:
             best, status = self._sampled(descent, rng, plan.generations * effort.factor, course)
         committed = task.commit(best.x)
@@ -80,10 +81,11 @@ class Sampler:
     ) -> tuple[Search, WindowStatus]:
         """CMA-ES from the end of a descent, and the rule that ended it."""
         search, status = Search(descent, rng), WindowStatus.GENERATIONS
+        since = len(course.losses) - 1
         for _ in range(generations):
             search.generation()
             course.add(search.loss, self.simulator.steps)
-            ended = search.ended(course.losses[-PATIENCE - 1 :])
+            ended = search.ended(course, since)
             if ended is not None:
                 status = ended
                 break

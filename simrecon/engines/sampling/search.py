@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simrecon.engines.sampling.course import Course
 from simrecon.engines.sampling.descent import Descent
 from simrecon.optim.cmaes import CMAES
 from simrecon.types import Array, WindowStatus
@@ -29,7 +30,7 @@ class Search:
         task, plan = descent.task, descent.task.problem.plan.optimiser
         self.task, self.simulator = task, descent.simulator
         self.x, self.loss, self.terms = descent.x, descent.loss, descent.terms
-        self._tol_loss, self._tol_sigma = plan.tol_loss, plan.tol_sigma
+        self._optimiser = plan
         self._origin, self._scale, self._root = descent.x, task.deviations(), None
         if descent.quadratic is not None:
             self._root = descent.quadratic.root_covariance(plan.spread * descent.loss, 1.0)
@@ -59,11 +60,8 @@ class Search:
             self.terms = {name: float(value[lowest]) for name, value in values.items()}
         return total
 
-    def ended(self, recent: list[float]) -> WindowStatus | None:
-        """The rule that ends the window now: the best loss of the last `PATIENCE` generations, or sigma."""
-        if self.es.sigma <= self._tol_sigma:
+    def ended(self, course: Course, since: int) -> WindowStatus | None:
+        """The rule that ends the window now: sigma, or the best loss since an entry of its course."""
+        if self.es.sigma <= self._optimiser.tol_sigma:
             return WindowStatus.SMALL_STEPS
-        enough = len(recent) > PATIENCE and self._tol_loss > 0.0
-        if enough and recent[0] - recent[-1] <= self._tol_loss * recent[-1]:
-            return WindowStatus.AT_REST
-        return None
+        return WindowStatus.AT_REST if course.at_rest(self._optimiser, PATIENCE, since) else None

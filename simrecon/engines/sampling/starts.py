@@ -6,10 +6,9 @@ Steps that are left when no descent promises more go to new starts beside the be
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
+from simrecon.engines.sampling.course import Course
 from simrecon.engines.sampling.descent import Descent
 from simrecon.engines.sampling.task import Task
 from simrecon.sim.rollout import Simulator
@@ -17,31 +16,16 @@ from simrecon.types import Array
 
 NOISE = (0.3, 1.0)
 """Of the starts beside the warm one, in turn, in deviations (docs/studies/derivatives.md)."""
-AGAIN = 0.3
-"""Noise about the best point where all descents are at rest, in deviations; 0.15 left more of the loss."""
+DRAWS = 16
+"""Points that are drawn for a start with noise; it begins at the best of them."""
+RISE = 0.3
+"""Mean rise of the loss, as a share of it, over draws about the best point where all descents are at rest."""
 FIRST_STEPS = 2
 """Of every start, before they are compared."""
 AHEAD = 3
 """Steps over which a descent is trusted to go on gaining what its last one gained."""
-
-
-@dataclass
-class Course:
-    """How the best loss of a window went: at the start and after each step.
-
-    Attributes:
-        losses: best so far. steps: simulation steps spent until then.
-        evaluations: rollouts in all.
-    """
-
-    losses: list[float] = field(default_factory=list)
-    steps: list[int] = field(default_factory=list)
-    evaluations: int = 0
-
-    def add(self, loss: float, steps: int) -> None:
-        """One more entry."""
-        self.losses.append(min([loss, *self.losses[-1:]]))
-        self.steps.append(steps)
+PATIENCE = 6
+"""Steps over which the best loss is looked at, to tell whether it is at rest."""
 
 
 def descend(
@@ -63,27 +47,47 @@ def descend(
     for step in range(steps):
         descent = first[step] if step < len(first) else most_promising(descents)
         if descent is None:
-            best = min(descents, key=lambda own: own.loss)
+            best = lowest(descents)
             if not np.isfinite(best.loss):
                 break
-            descent = Descent.begin(task, simulator, beside(task, best.x, AGAIN, rng))
+            descent = Descent.begin(task, simulator, around(best, rng))
             descents.append(descent)
         descent.step()
         course.add(descent.loss, simulator.steps)
+        if step >= len(first) and course.at_rest(task.problem.plan.optimiser, PATIENCE):
+            break
     course.evaluations = sum(descent.evaluations for descent in descents)
+    return lowest(descents)
+
+
+def lowest(descents: list[Descent]) -> Descent:
+    """The one with the lowest loss."""
     return min(descents, key=lambda descent: descent.loss)
 
 
 def starts(task: Task, count: int, rng: np.random.Generator) -> list[Array]:
-    """Unknowns (n,) to begin with: the warm start, and so many more with noise."""
+    """Unknowns (K, n) to begin at the best of: the warm start, and so many times draws beside it."""
     warm = task.warm_start()
-    return [warm, *(beside(task, warm, NOISE[k % len(NOISE)], rng) for k in range(count - 1))]
+    size = DRAWS, len(warm)
+    noisy = (
+        within(task, warm + NOISE[k % len(NOISE)] * task.deviations() * rng.standard_normal(size))
+        for k in range(count - 1)
+    )
+    return [warm[None], *noisy]
 
 
-def beside(task: Task, x: Array, noise: float, rng: np.random.Generator) -> Array:
-    """Unknowns (n,) with noise, in deviations, about x (n,), within their bounds."""
+def around(descent: Descent, rng: np.random.Generator) -> Array:
+    """Draws (DRAWS, n) about the end of a descent, wide where the loss is flat."""
+    moves = rng.standard_normal((DRAWS, len(descent.x)))
+    if descent.quadratic is not None:
+        moves = moves @ descent.quadratic.root_covariance(RISE * descent.loss, 1.0)
+    return within(descent.task, descent.x + moves * descent.task.deviations())
+
+
+def within(task: Task, x: Array) -> Array:
+    """Unknowns (..., n) within their bounds."""
     low, high = task.bounds().T
-    return np.clip(x + noise * task.deviations() * rng.standard_normal(len(x)), low, high)
+    return np.clip(x, low, high)
 
 
 def most_promising(descents: list[Descent]) -> Descent | None:

@@ -203,7 +203,7 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make: type[
     (window,) = schedule.cut(problem.clock, plan)
     sampler = Sampler(problem, 1)
     before = Task(problem, window, warm_start.from_fit(problem))
-    descent = Descent.begin(before, sampler.simulator, before.warm_start())
+    descent = Descent.begin(before, sampler.simulator, before.warm_start()[None])
     descent.step()
     assert 0 < descent.gain < 1
     rises = {}

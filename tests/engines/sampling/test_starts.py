@@ -13,9 +13,18 @@ from simrecon import schedule
 from simrecon.engines import warm_start
 from simrecon.engines.sampling import descent as descents
 from simrecon.engines.sampling import starts
+from simrecon.engines.sampling.course import Course
 from simrecon.engines.sampling.descent import DAMPINGS, FAILURES, FIRST_DAMPING, RAISE, REST, Descent
 from simrecon.engines.sampling.jacobian import Linearised, linearise
-from simrecon.engines.sampling.starts import AHEAD, FIRST_STEPS, Course, descend, most_promising
+from simrecon.engines.sampling.starts import (
+    AHEAD,
+    DRAWS,
+    FIRST_STEPS,
+    PATIENCE,
+    around,
+    descend,
+    most_promising,
+)
 from simrecon.engines.sampling.task import Task
 from simrecon.sim.rollout import Simulator
 from simrecon.types import Array
@@ -98,7 +107,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[Array]:
 def test_the_slope_is_measured_once_at_each_point(
     task: Task, simulator: Simulator, measured: list[Array]
 ) -> None:
-    descent = Descent.begin(task, simulator, task.warm_start())
+    descent = Descent.begin(task, simulator, task.warm_start()[None])
     before = descent.loss
     descent.step()
     assert descent.loss < before
@@ -108,14 +117,14 @@ def test_the_slope_is_measured_once_at_each_point(
     descent.step()
     assert len(measured) == 2
     assert not np.array_equal(measured[0], measured[1])
-    again = Descent.begin(task, simulator, descent.x)
+    again = Descent.begin(task, simulator, descent.x[None])
     assert again.loss == pytest.approx(descent.loss, rel=1e-12)
 
 
 def test_no_slope_is_measured_where_no_step_was_taken(
     task: Task, simulator: Simulator, measured: list[Array], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    descent = Descent.begin(task, simulator, task.warm_start())
+    descent = Descent.begin(task, simulator, task.warm_start()[None])
     loss, x = descent.loss, descent.x.copy()
     evaluate = task.evaluate
 
@@ -146,7 +155,7 @@ def test_a_descent_that_begins_nowhere_takes_no_step(
 ) -> None:
     wild = task.warm_start()
     wild[-1] = np.nan
-    descent = Descent.begin(task, simulator, wild)
+    descent = Descent.begin(task, simulator, wild[None])
     descent.step()
     assert (descent.loss, descent.terms, descent.evaluations, measured) == (np.inf, {}, 1, [])
 
@@ -154,12 +163,49 @@ def test_a_descent_that_begins_nowhere_takes_no_step(
 def test_starts_are_the_warm_one_and_others_within_bounds(task: Task) -> None:
     found = starts.starts(task, 4, np.random.default_rng(0))
     assert len(found) == 4
-    np.testing.assert_array_equal(found[0], task.warm_start())
+    np.testing.assert_array_equal(found[0], task.warm_start()[None])
     low, high = task.bounds().T
     for one, size in zip(found[1:], (starts.NOISE * 2)[:3], strict=True):
         assert ((low <= one) & (one <= high)).all()
+        assert one.shape == (DRAWS, len(low))
         assert np.std((one - found[0]) / task.deviations()) == pytest.approx(size, rel=0.15)
     assert len(starts.starts(task, 1, np.random.default_rng(0))) == 1
+
+
+def test_a_descent_begins_at_the_best_of_its_draws(task: Task, simulator: Simulator) -> None:
+    draws = starts.starts(task, 2, np.random.default_rng(0))[1]
+    values, finite = task.evaluate(simulator, draws)
+    total = np.where(finite, sum(values.values()), np.inf)
+    descent = Descent.begin(task, simulator, draws)
+    np.testing.assert_array_equal(descent.x, draws[np.argmin(total)])
+    assert descent.loss == total.min() < np.median(total)
+    assert descent.evaluations == DRAWS
+
+
+def test_draws_about_an_end_are_wide_where_the_loss_is_flat(task: Task, simulator: Simulator) -> None:
+    descent = Descent.begin(task, simulator, task.warm_start()[None])
+    unshaped = around(descent, np.random.default_rng(0)) - descent.x
+    for _ in range(3):
+        descent.step()
+    shaped = around(descent, np.random.default_rng(0)) - descent.x
+    assert unshaped.shape == shaped.shape == (DRAWS, len(descent.x))
+
+    def risen(moves: Array) -> float:
+        values, finite = task.evaluate(simulator, descent.x + moves)
+        return float(np.median(np.where(finite, sum(values.values()), np.inf))) - descent.loss
+
+    same_length = unshaped * np.linalg.norm(shaped) / np.linalg.norm(unshaped)
+    assert 0 < risen(shaped) < 0.5 * risen(same_length)
+
+
+def test_descents_stop_where_a_plan_ignores_what_they_gain(task: Task) -> None:
+    _, all_steps = descended(task, 2, 30)
+    optimiser = replace(task.problem.plan.optimiser, tol_loss=0.9)
+    problem = replace(task.problem, plan=replace(task.problem.plan, optimiser=optimiser))
+    _, few = descended(Task(problem, task.window, task.handover), 2, 30)
+    assert len(few.losses) - 1 >= max(PATIENCE, 2 * FIRST_STEPS + 1)
+    assert len(few.losses) < len(all_steps.losses)
+    assert few.losses == all_steps.losses[: len(few.losses)]
 
 
 def descended(task: Task, count: int, steps: int, threads: int = 1) -> tuple[Descent, Course]:
