@@ -13,19 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.contact import rules
 from simrecon.errors import InputError
 from simrecon.evidence import markers
 from simrecon.evidence.npz import write
 from simrecon.evidence.opensim import Columns, Markers, read_mot, read_trc
 from simrecon.io import atomic
 from simrecon.io.messages import counted
-from simrecon.metrics.dynamics import LOADED_N
 from simrecon.metrics.truth import SIDES, TRUTH_SCHEMA
 from simrecon.types import Array, Evidence
 
-# A foot point may push off the floor: near it, and slower than this, is a foot that stands.
-RESTING_SPEED_MPS = 0.6
-RESTING_HEIGHT_M = 0.03
 _PLATES = 9
 
 
@@ -51,7 +48,7 @@ def by_foot(force_N: Array, centre_m: Array, ankles_m: Array) -> tuple[Array, Ar
         centre_m: (T, P, 3).
         ankles_m: (T, 2, 3).
     """
-    loaded = force_N[..., 2] > LOADED_N  # (T, P)
+    loaded = rules.loaded(force_N[..., 2])  # (T, P)
     distance = np.linalg.norm((centre_m[:, :, None] - ankles_m[:, None])[..., :2], axis=-1)  # (T, P, 2)
     total, moment = np.zeros((2, len(force_N), 2, 3))
     weight = np.zeros((len(force_N), 2, 1))
@@ -62,7 +59,7 @@ def by_foot(force_N: Array, centre_m: Array, ankles_m: Array) -> tuple[Array, Ar
         moment[:, foot] += vertical * centre_m[:, plate]
         weight[:, foot] += vertical
     centre = np.full_like(total, np.nan)
-    np.divide(moment, weight, out=centre, where=weight > LOADED_N)
+    np.divide(moment, weight, out=centre, where=rules.loaded(weight))
     return total, centre
 
 
@@ -86,8 +83,8 @@ def known_frames(
     height, speed = feet_m[..., 2], np.zeros(feet_m.shape[:-1])
     speed[1:] = np.linalg.norm(np.diff(feet_m, axis=0), axis=-1) / interval_s
     rest = np.nanpercentile(height, 5.0, axis=0)
-    standing = ((height < rest + RESTING_HEIGHT_M) & (speed < RESTING_SPEED_MPS)).any(-1)  # (T, 2)
-    beside = standing & (force_N[..., 2] <= LOADED_N)
+    standing = rules.stands_by(height, rest, speed).any(-1)  # (T, 2)
+    beside = standing & (force_N[..., 2] <= rules.LOADED_N)
     known = np.ones(len(force_N), dtype=bool) if feet_on_plates else ~beside.any(-1)
     if below_m is not None:
         known &= np.cumsum((height < below_m).all((1, 2))) > 0

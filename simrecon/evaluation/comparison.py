@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from simrecon.contact.rules import Flags
 from simrecon.metrics import bones, clearance, contact, touch
-from simrecon.metrics.contact import Flags
 from simrecon.metrics.rates import PAPER_HZ, at, every
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, canonical, check_names
 from simrecon.types import Array, Scene

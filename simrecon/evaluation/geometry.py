@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simrecon.contact.rules import Flags
 from simrecon.evaluation.configurations import FEET, Configurations
 from simrecon.metrics import clearance, feet
-from simrecon.metrics.contact import Flags
 from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import Scores, Series, of_frames
 from simrecon.types import Array

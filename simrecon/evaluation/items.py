@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon import scene as scenes
+from simrecon.contact.rules import Flags
 from simrecon.evaluation.comparison import Comparison
 from simrecon.evaluation.loads import loads
 from simrecon.evaluation.rises import SITS_LEAST_M, releases, rests, rises
 from simrecon.evaluation.simulated import Simulated
-from simrecon.metrics.contact import Flags
 from simrecon.metrics.dynamics import body_weight_pct
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.evaluation.comparison import Comparison
 from simrecon.evaluation.configurations import FEET
 from simrecon.metrics import dynamics
-from simrecon.metrics.contact import Flags
 from simrecon.metrics.filters import low_pass, possible_hz
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores, of_frames
@@ -101,7 +102,7 @@ def _centre_of_pressure(
     moment = _on_feet(motion)[..., 2:] * np.nan_to_num(motion.contact_point_m[1:, _columns(motion)])
     centre = np.full_like(feet, np.nan)  # the moment over the force, so that no unloaded foot enters
     np.divide(at(times_s, _middles(motion), moment), feet[..., 2:], out=centre, where=feet[..., 2:] > 0)
-    seen = known[:, None] & (measured[..., 2] > dynamics.LOADED_N)
+    seen = known[:, None] & rules.loaded(measured[..., 2])
     distance = dynamics.centre_of_pressure_error(
         centre, np.where(seen[..., None], truth_m, np.nan), feet[..., 2], measured[..., 2]
     )

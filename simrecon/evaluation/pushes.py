@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.evaluation.comparison import Comparison
 from simrecon.metrics import contact, pose, touch
-from simrecon.metrics.contact import Flags
-from simrecon.metrics.dynamics import LOADED_N
 from simrecon.metrics.rates import at
 from simrecon.types import Motion
 
@@ -28,7 +28,7 @@ _POINTS = {"left_foot": ("left_heel", "left_toe")}
 
 
 def contact_f1(motion: Motion, on: Comparison) -> float:
-    """F1 of contact, mean over parts: force above `LOADED_N` against where the reference's capsules touch."""
+    """F1 of contact, mean over parts: which the scene pushes against where the reference touches."""
     loaded = _loaded(motion, on)  # (T, C)
     pushed, touching = [], []
     for name, primitives in _PRIMITIVES.items():
@@ -48,7 +48,7 @@ def touch_f1(motion: Motion, on: Comparison) -> dict[str, float]:
 
 
 def _pushed(motion: Motion, on: Comparison) -> Flags:
-    """Which parts of the body (`touch.PARTS`) the scene pushes with more than `LOADED_N`, (T, P)."""
+    """Which parts of the body (`touch.PARTS`) the scene pushes, (T, P)."""
     loaded = _loaded(motion, on)  # (T, C)
     columns = []
     for name, capsules in touch.PARTS.items():
@@ -59,9 +59,9 @@ def _pushed(motion: Motion, on: Comparison) -> Flags:
 
 
 def _loaded(motion: Motion, on: Comparison) -> Flags:
-    """Which primitives the scene pushes with more than `LOADED_N` at the times compared, (T, C)."""
+    """Which primitives the scene pushes (`contact.rules.loaded`) at the times compared, (T, C)."""
     force = at(on.times_s, motion.times_s, motion.contact_force_N)  # (T, C, 3)
-    return np.asarray(np.linalg.norm(force, axis=-1) > LOADED_N)
+    return rules.loaded(np.linalg.norm(force, axis=-1))
 
 
 def _primitives(part: str) -> list[str]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from simrecon.metrics.contact import Flags
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.types import Array
 
-# Who sits down comes up by this much; within this of the lowest or highest hips, and this slow, is at rest.
-SITS_LEAST_M, NEAR_M, STILL_MPS = 0.15, 0.05, 0.1
+# Who sits down comes up by this much; within that of the highest hips is up.
+SITS_LEAST_M, NEAR_M = 0.15, 0.05
 # A load rises above the first share of weight, and has let go below the second, as a mean over this time.
 BORNE_PCT, FREE_PCT, SMOOTH_S = 40.0, 5.0, 0.2
 
@@ -19,8 +20,8 @@ def rests(hips_m: Array, interval_s: float) -> tuple[Flags, Flags]:
     height = hips_m[:, 2]
     low, high = np.percentile(height, [5.0, 95.0])
     speed = np.linalg.norm(np.gradient(hips_m, interval_s, axis=0), axis=-1)
-    sitting = (height < low + NEAR_M) & (speed < STILL_MPS)
-    return np.asarray(sitting), np.asarray(height > high - NEAR_M)
+    sitting = rules.sits(height, low, speed)
+    return sitting, np.asarray(height > high - NEAR_M)
 
 
 def rises(height_m: Array) -> int:

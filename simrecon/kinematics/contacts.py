@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simrecon.types import Array, IntArray, Primitive, Skeleton
+from simrecon.contact.parts import HEELS, SEAT, TOES
+from simrecon.contact.parts import rows as part_rows
+from simrecon.types import Array, ContactLabels, IntArray, Primitive, Skeleton
 
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
@@ -25,8 +27,9 @@ class ContactPoints:
         segments: (G,); offsets_m: (G, 3); radii_m: (G,).
         drop: (G, 3) how the point moves as the sole goes down by a metre.
         mass_share: (G,) weights whose mean of the points is the centre of mass.
-        soles: (2, 4) rows of the corners of the left and the right sole.
+        soles: (2, 4) rows of the corners of the left and the right sole: two of the heel, two of the toe.
         seat: (2, P) rows of the left and the right buttock.
+        parts: rows of each part whose contact is told apart (`contact.parts`).
     """
 
     segments: IntArray
@@ -36,6 +39,7 @@ class ContactPoints:
     mass_share: Array
     soles: IntArray
     seat: IntArray
+    parts: tuple[IntArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,32 +59,42 @@ class Pull:
     depth_m: float = 0.0
 
 
-def pulls(touch: ContactPoints, standing: Array, sitting: Array, clearance: Array) -> tuple[Pull, ...]:
+def pulls(touch: ContactPoints, labels: ContactLabels, clearance: Array) -> tuple[Pull, ...]:
     """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
 
-    The lowest point of the body, the soles of feet that stand still, and, over items, both buttocks of hips
-    at rest. Over the ground they are left alone: who gets up turns over the hips (17 mm worse on one clip).
+    The lowest point of the body, the soles of feet that stand, other parts of which the labels say that they
+    rest, and, over items, both buttocks of hips at rest. Over the ground they are left alone: who gets up
+    turns over the hips (17 mm worse on one clip).
 
     Args:
         touch: G contact points.
-        standing: (2, T) how surely each foot is still, 0 to 1.
-        sitting: (T,) how surely the hips are.
+        labels: of T frames.
         clearance: (S, G, T) of the points over S supports, the ground first.
     """
     frames = np.arange(clearance.shape[2])
     soles = touch.soles.ravel()
-    corners = touch.soles.shape[1]
-    share = np.repeat(standing, corners, axis=0) / corners  # (8, T)
     support = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
     return (
         Pull(lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
-        Pull((support, soles[:, None], frames[None]), share, SIGMA_STAND_M),
+        Pull((support, soles[:, None], frames[None]), _on_soles(labels, touch.soles.shape[1]), SIGMA_STAND_M),
         *(
-            Pull(lowest(rows, clearance, 1), sitting, SIGMA_TOUCH_M, SEAT_DEPTH_M)
-            for rows in touch.seat
+            Pull(lowest(rows, clearance, 1), labels.of(name), SIGMA_TOUCH_M, SEAT_DEPTH_M)
+            for name, rows in zip(SEAT, touch.seat, strict=True)
             if len(clearance) > 1
         ),
+        *(
+            Pull(lowest(rows, clearance), labels.of(name), SIGMA_TOUCH_M)
+            for name, rows in zip(labels.parts, touch.parts, strict=True)
+            if name not in (*HEELS, *TOES, *SEAT) and labels.known(name)
+        ),
     )
+
+
+def _on_soles(labels: ContactLabels, corners: int) -> Array:
+    """How surely each corner of both soles rests, (8, T), as a share of its foot."""
+    ends = [name for side in zip(HEELS, TOES, strict=True) for name in side]
+    each = np.stack([labels.of(name) for name in ends])  # (4, T)
+    return np.repeat(each, corners // 2, axis=0) / corners
 
 
 def lowest(rows: IntArray, clearance: Array, first: int = 0) -> Places:
@@ -118,4 +132,5 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
         np.array(mass) / sum(mass),
         soles,
         seat,
+        part_rows(primitives, tuple(owner)),
     )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+from simrecon.contact import labels
 from simrecon.prior import Prior
-from simrecon.types import Array, IntArray
+from simrecon.types import Array, ContactLabels, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +21,7 @@ class Observations:
         joints_m: (M, T, 3) 3D estimate, world axes, relative to its root; joint_weights: (M, T).
         place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
-        standing: (2, T) how surely the left and the right foot stand still, 0 to 1.
-        sitting: (T,) how surely the hips are still, 0 to 1.
+        labels: how surely which part of the body rests.
         scale_sigma: how well the skeleton's scale is known (natural logarithm); length_sigma: single lengths.
         lean_sigma: how far the 3D estimate may lean, rad.
         metric: the 3D estimate has the person's true size, and does not grow with the person's.
@@ -38,8 +39,7 @@ class Observations:
     place_m: Array
     place_weights: Array
     root_weights: Array
-    standing: Array
-    sitting: Array
+    labels: ContactLabels
     scale_sigma: float
     neutral: Array
     spread: Array
@@ -47,6 +47,16 @@ class Observations:
     length_sigma: float = 0.25
     lean_sigma: float = 0.15
     metric: bool = False
+
+    @cached_property
+    def standing(self) -> Array:
+        """How surely the left and the right foot stand, (2, T), 0 to 1."""
+        return labels.standing(self.labels)
+
+    @cached_property
+    def sitting(self) -> Array:
+        """How surely the hips rest, (T,), 0 to 1."""
+        return labels.sitting(self.labels)
 
     def part(self, frames: slice | IntArray) -> Observations:
         """Those of some frames."""
@@ -60,6 +70,5 @@ class Observations:
             joint_weights=self.joint_weights[:, frames],
             place_m=self.place_m[frames],
             place_weights=self.place_weights[frames],
-            standing=self.standing[:, frames],
-            sitting=self.sitting[frames],
+            labels=self.labels.at(frames),
         )

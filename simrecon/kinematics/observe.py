@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from simrecon import body as bodies
-from simrecon import prior
+from simrecon import contact, prior
 from simrecon.body import names
+from simrecon.contact import Cues
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
 from simrecon.kinematics import world
@@ -19,10 +19,6 @@ from simrecon.trust import Trust
 from simrecon.types import Array, Camera, Evidence, Skeleton
 
 MIN_SCORE = 0.1
-FOOT = ("heel", "toe", "mtp")
-# A foot stands if heel and toe move less than this, and hips rest if they do, seen from an assumed distance
-# and smoothed against noise.
-STILL_MPS, STILL_SMOOTH_S, DISTANCE_M = 0.4, 0.04, 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,16 +94,9 @@ def observe(
         rays = np.nan_to_num(cameras.undistort(camera.lens, points.pixels))
     interval = float(evidence.times_s[1] - evidence.times_s[0])
 
-    def resting(*names: str) -> Array:
-        rows = [skeleton.point_names.index(name) for name in names]
-        # in the image, else in 3D
-        if camera is not None and points.scores[rows].any():
-            places = _at_a_distance(
-                camera, rays[rows], in_world if evidence.joints_frame == "world" else None
-            )
-            return _resting(places, points.scores[rows], interval)
-        return _resting(in_world[rows], points.known[rows], interval)
-
+    labels = contact.label(
+        Cues(interval, camera, rays, points.scores, in_world, points.known, evidence.joints_frame == "world")
+    )
     return Observations(
         interval_s=interval,
         rays=rays,
@@ -119,8 +108,7 @@ def observe(
         place_m=root,
         place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),
         root_weights=root_weights,
-        standing=np.stack([resting(*(f"{side}_{end}" for end in FOOT)) for side in ("left", "right")]),
-        sitting=resting("left_hip", "right_hip"),
+        labels=labels,
         scale_sigma=size_sigma,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,
@@ -129,37 +117,3 @@ def observe(
         lean_sigma=worth.lean_rad,
         metric=worth.metric,
     )
-
-
-def _at_a_distance(camera: Camera, rays: Array, in_world_m: Array | None) -> Array:
-    """Places of detections at one distance from the camera for the whole clip, whose speed tells what rests.
-
-    Args:
-        camera: with a path.
-        rays: (M, T, 2) undistorted detections x/z, y/z.
-        in_world_m: (M', T, 3) of a 3D estimate in the world, whose median gives the distance; None: it is
-            assumed.
-
-    Returns:
-        (M, T, 2) in the image of a camera that stands still, (M, T, 3) in the world of one that moves.
-    """
-    if cameras.is_still(camera):
-        return rays * DISTANCE_M
-    distance = DISTANCE_M
-    if in_world_m is not None:
-        distance = float(np.median(np.linalg.norm(in_world_m - cameras.centre_m(camera), axis=-1)))
-    ahead = np.concatenate((rays, np.ones((*rays.shape[:2], 1))), axis=-1)  # (M, T, 3)
-    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
-    return cameras.to_world(camera, distance * ahead)
-
-
-def _resting(places: Array, known: Array, interval_s: float) -> Array:
-    """How surely points (M, T, n), known by weights (M, T), all stand still, (T,): by their speed."""
-    smooth = STILL_SMOOTH_S / interval_s
-    if not known.any():
-        return np.zeros(places.shape[1])
-    weight = np.maximum(known, 1e-6)[..., None]
-    total = gaussian_filter1d(weight, smooth, axis=1)
-    smoothed = gaussian_filter1d(places * weight, smooth, axis=1) / total
-    speed = np.linalg.norm(np.gradient(smoothed, interval_s, axis=1), axis=-1).max(axis=0)  # (T,)
-    return np.asarray(np.exp(-((speed / STILL_MPS) ** 2)))

@@ -6,6 +6,7 @@ import numpy as np
 
 from simrecon import prior
 from simrecon import scene as scenes
+from simrecon.contact import labels
 from simrecon.kinematics.contacts import ContactPoints
 from simrecon.kinematics.observations import Observations
 from simrecon.kinematics.supports import Supports
@@ -53,8 +54,9 @@ def observations(
         place_m=places(scene, root, rest.height_m, scale),
         place_weights=np.ones(frames),
         root_weights=roots,
-        standing=np.concatenate((standing[:, :1], standing), axis=1),
-        sitting=np.append(sitting[:1], sitting),
+        labels=labels.of_feet_and_hips(
+            np.concatenate((standing[:, :1], standing), axis=1), np.append(sitting[:1], sitting), "motion"
+        ),
         scale_sigma=1.0,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,

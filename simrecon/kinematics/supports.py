@@ -8,12 +8,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import scene as scenes
+from simrecon.contact import rules
 from simrecon.kinematics import forward, root
 from simrecon.kinematics.contacts import ContactPoints
 from simrecon.types import Array, Scene
 
-# A point touches what is nearer than this, or no deeper than that; it is held if it is slower than this.
-TOUCH_M, SUNK_M, SLOW_MPS = 0.02, 0.05, 0.2
 # Supports are steps in height; a pelvis takes them smoothly.
 SUPPORT_SMOOTH_S = 0.2
 LEVEL_COSINE = 0.7
@@ -41,10 +40,9 @@ def supports(scene: Scene, touch: ContactPoints, pose: forward.Pose, interval_s:
     points = forward.points(pose, touch.segments, touch.offsets_m)  # (G, T, 3)
     apart, normals = scenes.distances(scene, points)
     clearance = apart - touch.radii_m[:, None]
-    touching = np.exp(-((clearance / np.where(clearance > 0, TOUCH_M, SUNK_M)) ** 2))
+    touching = rules.touching(clearance)
     speed = np.linalg.norm(np.diff(points, axis=1), axis=-1) / interval_s  # (G, T - 1)
-    surely = touching.max(axis=0)  # (G, T)
-    held = np.exp(-((speed / SLOW_MPS) ** 2)) * np.minimum(surely[:, 1:], surely[:, :-1])
+    held = rules.held(speed, touching.max(axis=0))
     weight = np.where(normals[..., 2] > LEVEL_COSINE, touching, 0.0)  # (S, G, T)
     total = weight.sum(axis=(0, 1))
     above = np.sum(weight * (points[..., 2] - apart * normals[..., 2]), axis=(0, 1))

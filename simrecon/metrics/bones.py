@@ -15,8 +15,9 @@ import numpy as np
 
 from simrecon import resources
 from simrecon import scene as scenes
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.metrics import anthropometry
-from simrecon.metrics.contact import CONTACT_HEIGHT_M, CONTACT_PERCENTILE, Flags
 from simrecon.metrics.feet import SKATE_SPEED_MPS
 from simrecon.metrics.smoothness import steps
 from simrecon.metrics.truth import FOOT_POINTS
@@ -76,10 +77,7 @@ def bones(
         radii_m = {name: stature * radius for name, radius in _radii().items()}
     capsules = anthropometry.entries("capsule")
     feet = [point for point in FOOT_POINTS if point in names]
-    rest = [
-        float(np.percentile(over(scene, truth_m[:, list(names).index(point)]), CONTACT_PERCENTILE))
-        for point in feet
-    ]
+    rest = [rules.rest_height_m(over(scene, truth_m[:, list(names).index(point)])) for point in feet]
     radii = [radii_m[entry["primitive"]] for entry in capsules]
     return Bones(
         (*(entry["name"] for entry in capsules), *feet),
@@ -130,7 +128,7 @@ def touching(
     feet = [k for k, part in enumerate(parts.names) if part in FOOT_POINTS]
     points = joints_m[:, [list(names).index(parts.names[k]) for k in feet]]  # (T, F, 3)
     speed = steps(points) / interval_s  # (T-1, F)
-    near = clearance < CONTACT_HEIGHT_M
+    near = rules.touches(clearance)
     near[:, feet] &= np.concatenate((speed[:1], speed)) < SKATE_SPEED_MPS
     return np.asarray(near)
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.metrics.contact import Flags
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.types import Array
 
 PENETRATION_TOLERANCE_M = 0.005
 """Depth from which a frame counts as penetrating: soft contact sinks in by a few millimetres."""
-FLIGHT_MIN_M = 0.05
 
 
 def box_clearance(position: Array, rotation: Array, half_size: Array, support: Array | float = 0.0) -> Array:
@@ -47,6 +47,6 @@ def flight_frames(clearance: Array) -> Flags:
 
     The frames beside are left out because forces and accelerations are of an interval.
     """
-    high = np.asarray((clearance > FLIGHT_MIN_M).all(-1))
+    high = rules.flies(clearance)
     padded = np.concatenate((high[:1], high, high[-1:]))
     return np.asarray(padded[:-2] & padded[1:-1] & padded[2:])

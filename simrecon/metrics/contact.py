@@ -6,18 +6,14 @@ Axes: T frames, F foot points, C body parts; leading axes are batches.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
 from simrecon.metrics.smoothness import steps
 from simrecon.types import Array
 
-Flags = NDArray[np.bool_]
-
-# Reference contact: near the lowest height of the foot point in the reference, and slow there.
-CONTACT_PERCENTILE = 5.0
-CONTACT_HEIGHT_M = 0.03
-CONTACT_SPEED_MPS = 0.15
 CONTACTS_MIN = 6
+"""Steps of resting foot points of which a score is made, at least."""
 
 
 def both(flags: Flags) -> Flags:
@@ -28,13 +24,9 @@ def both(flags: Flags) -> Flags:
 def reference_contacts(truth_feet: Array, interval_s: float) -> Flags:
     """Where the reference's foot points rest, (..., T, F, 3) → (..., T - 1, F), by the frame they arrive at.
 
-    A point rests within 3 cm of its 5th percentile of height at less than 0.15 m/s.
+    By `contact.rules.reference_contacts`.
     """
-    height = truth_feet[..., 2]  # (..., T, F)
-    floor = np.percentile(height, CONTACT_PERCENTILE, axis=-2, keepdims=True)  # (..., 1, F)
-    speed = steps(truth_feet) / interval_s  # (..., T-1, F)
-    resting = (height < floor + CONTACT_HEIGHT_M)[..., 1:, :] & (speed < CONTACT_SPEED_MPS)
-    return np.asarray(resting)
+    return rules.reference_contacts(truth_feet[..., 2], steps(truth_feet) / interval_s)
 
 
 def frame_contacts(step_contacts: Flags) -> Flags:

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.metrics.contact import Flags
+from simrecon.contact.rules import LOADED_N, Flags
 from simrecon.types import Array
 
 GRAVITY_MPS2 = 9.81
 UP_MPS2 = np.array([0.0, 0.0, GRAVITY_MPS2])
-LOADED_N = 20.0
-"""A force plate under less than this is not loaded (the usual threshold of gait laboratories)."""
 
 
 def body_weight_pct(force_N: Array, mass_kg: float) -> Array:

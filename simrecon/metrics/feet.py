@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.metrics.contact import Flags, both
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
+from simrecon.metrics.contact import both
 from simrecon.metrics.smoothness import steps
 from simrecon.types import Array
 
-# Gärtner 2022, appendix C; contact is that for kinematics.
-CONTACT_M = 0.005
+# Gärtner 2022, appendix C; contact is that of `contact.rules.on_support`.
 SKATE_MIN_M = 0.02
 FLOAT_MAX_M = 0.02
 
@@ -44,7 +45,7 @@ def footskate_steps(feet: Array, clearance: Array) -> Flags:
         feet: (..., T, F, 3) foot joints, or points of the sole.
         clearance: (..., T, F) of the lowest point of each foot, or of each point.
     """
-    return np.asarray((both(clearance <= CONTACT_M) & (steps(feet) > SKATE_MIN_M)).any(-1))
+    return np.asarray((both(rules.on_support(clearance)) & (steps(feet) > SKATE_MIN_M)).any(-1))
 
 
 def footskate_annotated_steps(feet: Array, contacts: Flags) -> Array:
@@ -61,7 +62,7 @@ def float_frames(clearance: Array) -> Flags:
 
     Gärtner 2022, appendix C. A foot that swings low counts as well: `float_body_frames` leaves it out.
     """
-    return np.asarray(((clearance > CONTACT_M) & (clearance < FLOAT_MAX_M)).any(-1))
+    return np.asarray((~rules.on_support(clearance) & (clearance < FLOAT_MAX_M)).any(-1))
 
 
 def float_body_frames(feet: Array, parts: Array) -> Flags:
@@ -77,7 +78,7 @@ def float_body_frames(feet: Array, parts: Array) -> Flags:
     Returns:
         (..., T).
     """
-    return np.asarray((parts > CONTACT_M).all(-1) & (feet < FLOAT_MAX_M).any(-1))
+    return np.asarray((parts > rules.CONTACT_M).all(-1) & (feet < FLOAT_MAX_M).any(-1))
 
 
 def float_annotated_frames(height: Array, contacts: Flags) -> Array:
@@ -85,7 +86,7 @@ def float_annotated_frames(height: Array, contacts: Flags) -> Array:
 
     A foot hovers from 5 mm on, however high. (..., T, F), (..., T, F) → (..., T); NaN where one is unknown.
     """
-    return np.asarray(_known(height, contacts & (height > CONTACT_M)).max(-1))
+    return np.asarray(_known(height, contacts & (height > rules.CONTACT_M)).max(-1))
 
 
 def floating_points(height: Array, contacts: Flags) -> Array:

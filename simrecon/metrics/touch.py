@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simrecon.metrics.contact import Flags, contact_f1
+from simrecon.contact import rules
+from simrecon.contact.rules import Flags
+from simrecon.metrics.contact import contact_f1
 from simrecon.types import Array
 
-TOUCH_M = 0.02
 FRAMES_MIN = 3
 PARTS: dict[str, tuple[str, ...]] = {
     "back": ("pelvis", "trunk"),
@@ -35,7 +36,7 @@ def parts(flags: Flags, capsules: Sequence[str]) -> Flags:
 
 def near(clearance_m: Array, capsules: Sequence[str]) -> Flags:
     """Which parts are within 2 cm of the scene, (T, C) → (T, P)."""
-    return parts(clearance_m < TOUCH_M, capsules)
+    return parts(rules.near(clearance_m), capsules)
 
 
 def scores(touches: Flags, truth: Flags, prefix: str = "touch_f1") -> dict[str, float]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from simrecon.types.arrays import Array, IntArray
 from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
+from simrecon.types.contact import ContactLabels, ContactTargets, ContactWish, Interval
 from simrecon.types.evidence import Evidence, Part
 from simrecon.types.frozen import FrozenMap, frozen
 from simrecon.types.motion import Motion, Report
@@ -21,6 +22,9 @@ __all__ = [
     "Array",
     "Body",
     "Camera",
+    "ContactLabels",
+    "ContactTargets",
+    "ContactWish",
     "Effort",
     "Evidence",
     "Friction",
@@ -28,6 +32,7 @@ __all__ = [
     "Ground",
     "Handover",
     "IntArray",
+    "Interval",
     "KinematicFit",
     "Lens",
     "Motion",

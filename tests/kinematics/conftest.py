@@ -12,6 +12,7 @@ import pytest
 from simrecon import body as bodies
 from simrecon import prior
 from simrecon.body import primitives
+from simrecon.contact import labels
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward
@@ -194,8 +195,7 @@ def problem(make: Makers, weights: Kinematics) -> Problem:
         place_m=walk.root_m + 0.1,
         place_weights=np.array([1.0, 0.0, 1.0, 1.0]),
         root_weights=roots,
-        standing=rng.uniform(0, 1, (2, FEW)),
-        sitting=rng.uniform(0, 1, FEW),
+        labels=labels.of_feet_and_hips(rng.uniform(0, 1, (2, FEW)), rng.uniform(0, 1, FEW), "test"),
         scale_sigma=0.1,
         neutral=gaussian.mean_rad,
         spread=gaussian.spread_rad,

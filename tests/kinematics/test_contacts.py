@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simrecon.contact import labels
 from simrecon.kinematics.contacts import pulls
 from simrecon.kinematics.problem import Problem
 
@@ -30,12 +31,13 @@ def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(problem: Problem) -> N
         assert ((touch.offsets_m[rows, 1] > 0) == (side == "left")).all()
     clearance = np.full((2, len(touch.segments), frames), 0.5)
     clearance[1, touch.seat[:, 1]] = 0.03  # over the second support, an item
-    standing, sitting = problem.observations.standing, np.array([1.0, 0.5, 0.0, 0.0])
-    for pull, rows in zip(pulls(touch, standing, sitting, clearance)[-2:], touch.seat, strict=True):
+    sitting = np.array([1.0, 0.5, 0.0, 0.0])
+    known = labels.of_feet_and_hips(problem.observations.standing, sitting, "test")
+    for pull, rows in zip(pulls(touch, known, clearance)[-2:], touch.seat, strict=True):
         support, point, frame = pull.at
         assert (support == 1).all()
         assert (point == rows[1]).all()
         np.testing.assert_array_equal(frame, np.arange(frames))
         np.testing.assert_array_equal(pull.weights, sitting)
     # over the ground alone they are not
-    assert len(pulls(touch, standing, sitting, clearance[:1])) == 2
+    assert len(pulls(touch, known, clearance[:1])) == 2

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simrecon.contact.rules import Flags
 from simrecon.metrics import contact, feet
-from simrecon.metrics.contact import Flags
 from simrecon.metrics.statistics import of_frames
 from simrecon.types import Array
 

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.contact import rules
 from simrecon.scene import geometry, schema
 from simrecon.scene.suggest.motion import Motion, spans, speed_mps
 from simrecon.scene.suggest.suggestion import Suggestion
 from simrecon.types import Array, Scene
 
-# What counts as rest, and as held up by something other than the feet.
-REST_MPS, REST_LEAST_S, REST_TOTAL_S = 0.25, 0.3, 0.7
-SEAT_LEAST_M, SEAT_MAX_OF_STATURE = 0.15, 0.42
+REST_LEAST_S, REST_TOTAL_S = 0.3, 0.7
 LYING_RAD = np.deg2rad(55)
 SAME_PLACE_M = 0.5
 SEAT_BEHIND_M, SEAT_BEFORE_M, SEAT_LEAST_DEPTH_M, SEAT_WIDTH_M = 0.25, 0.15, 0.25, 0.9
@@ -33,10 +32,9 @@ def under_pelvis(motion: Motion, scene: Scene, stature_m: float) -> list[Suggest
     """
     support = geometry.support_height(scene, motion.pelvis_m[:, :2])
     over = motion.under_m - support
-    held = (over > SEAT_LEAST_M) & (over < SEAT_MAX_OF_STATURE * stature_m)
-    still = speed_mps(motion.pelvis_m, motion.times_s) < REST_MPS
+    rests = rules.seated(over, speed_mps(motion.pelvis_m, motion.times_s), stature_m)
     suggestions = []
-    for group in _by_place(spans(held & still, motion.times_s, REST_LEAST_S), motion):
+    for group in _by_place(spans(rests, motion.times_s, REST_LEAST_S), motion):
         frames = np.concatenate([np.arange(first, last + 1) for first, last in group])
         if sum(motion.times_s[last] - motion.times_s[first] for first, last in group) >= REST_TOTAL_S:
             suggestions.append(_seat(motion, scene, group, frames))

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from simrecon.contact import rules
 from simrecon.scene import geometry, schema
 from simrecon.scene.suggest.motion import Motion, spans, speed_mps
 from simrecon.scene.suggest.suggestion import Suggestion
 from simrecon.types import Scene
 
 # What counts as a foot that stands on something over the floor.
-FOOT_STILL_MPS, FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.25, 0.12, 0.04, 0.3
-FOOT_TILT_M = 0.09  # from the lowest corner of a sole to the highest: 20 degrees, which a fit is often off
+FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.12, 0.04, 0.3
 SAME_HEIGHT_M = 0.06
 BEAM_ASPECT, BEAM_WIDTH_MAX_M, MARGIN_M = 4.0, 0.25, 0.1
 
@@ -33,9 +33,9 @@ def under_feet(motion: Motion, scene: Scene) -> list[Suggestion]:
         middle = motion.soles_m[side].mean(axis=1)  # (T, 3)
         support = geometry.support_height(scene, middle[:, :2])
         over = motion.soles_m[side][..., 2].min(axis=1) - support
-        level = np.ptp(motion.soles_m[side][..., 2], axis=1) < FOOT_TILT_M
-        still = speed_mps(middle, motion.times_s) < FOOT_STILL_MPS
-        for first, last in spans(still & level, motion.times_s, FOOT_LEAST_S):
+        tilt = np.ptp(motion.soles_m[side][..., 2], axis=1)
+        stood = rules.stands(speed_mps(middle, motion.times_s), tilt)
+        for first, last in spans(stood, motion.times_s, FOOT_LEAST_S):
             stances.append((float(np.median(over[first : last + 1])), side, first, last))
     stances = _bearing(stances, motion)
     suggestions = []

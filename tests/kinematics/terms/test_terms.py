@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simrecon import prior
+from simrecon.contact import labels
 from simrecon.geometry import rotations
 from simrecon.kinematics import layout, terms
 from simrecon.kinematics.gradient import Gradient
@@ -128,7 +129,9 @@ def test_hips_at_rest_on_a_seat_need_no_balance_over_the_feet(problem: Problem, 
     seat = SceneItem("seat", "box", (float(pelvis[0]), float(pelvis[1]), 0.0), {"size_m": size})
 
     def balance(sitting: float) -> float:
-        see = replace(problem.observations, sitting=np.full(problem.frames, sitting))
+        known = problem.observations.standing
+        resting = labels.of_feet_and_hips(known, np.full(problem.frames, sitting), "test")
+        see = replace(problem.observations, labels=resting)
         seated = replace(problem, scene=replace(problem.scene, items=(seat,)), observations=see)
         objective = Objective(replace(seated, plan=terms.only(seated.plan, ("balance",))))
         assert error(objective, point) < 1e-6
