@@ -21,7 +21,7 @@ POINTS = tuple(point["name"] for point in names.points())
 
 def cues(moves: Callable[[str, Array], Array]) -> Cues:
     """A 3D estimate in which each point moves as a function of its name and the time says."""
-    times = np.arange(FRAMES) * STEP_S
+    times = np.arange(FRAMES, dtype=np.float64) * STEP_S
     joints = np.stack([moves(name, times) for name in POINTS])  # (M, T, 3)
     count = len(POINTS)
     return Cues(
@@ -72,8 +72,8 @@ def test_what_is_still_rests_by_the_rules() -> None:
     assert found.source == "rules"
     assert found.probability.shape == (FRAMES, len(parts.names()))
     assert found.of("left_heel").min() > 0.99
-    assert found.of("right_toe").max() < 1e-6
-    assert found.of("left_buttock").max() < 1e-6  # one of the hips moves
+    assert found.of("right_toe")[2:-2].max() < 1e-6
+    assert found.of("left_buttock")[2:-2].max() < 1e-6  # one of the hips moves
     np.testing.assert_array_equal(labels.standing(found)[0], found.of("left_toe"))
     assert not found.known("left_hand")
     assert not found.known("back")
