@@ -117,6 +117,7 @@ def _job(task: BenchmarkTask, input_file: Path, scene: Scene, plan: Plan, folder
         person=Person(height_m=task.clip.height_m),
         scene=scene,
         plan=plan,
+        planner=task.variant.planner,
         seed=task.seed,
         threads=task.threads,
     )
@@ -133,12 +134,15 @@ def _recorded(path: Path) -> dict[str, Any]:
 
 def _run(folder: Path) -> dict[str, float]:
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    totals = report["totals"]
+    totals, distance = report["totals"], report["agreement"]
     numbers = {
         "seconds_per_second": totals["seconds_per_second"],
         "cpu_per_second": totals["cpu_s"] / totals["video_s"],
         "stepping_share": totals["stepping_share"],
         "fallback": report["frames"]["fallback"],
         "replay_exact": report["audit"]["replay_exact"],
+        "from_reference_mm": 1e3 * distance["fit_mean_m"],
+        "from_reference_worst_mm": 1e3 * distance["fit_max_m"],
+        **(report["planned"] or {}),
     }
     return {name: float(value) for name, value in numbers.items() if value is not None}

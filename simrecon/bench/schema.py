@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from simrecon import planners
 from simrecon.bench.statics import CHECKS
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io.tables import choice, not_in_file, number, option, text
@@ -15,7 +16,7 @@ DROPS = ("keypoints", "joints", "camera")
 HALVES = ("both", "kinematics")
 PLACES = ("seat", "platform", "support")
 ROWS = ("clip", "variant", "method", "change")
-MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least")
+MEASURES = ("mean", "ratio", "worst", "worst_ratio", "least", "gain")
 RUN_SCORES = (
     "seconds_per_second",
     "cpu_per_second",
@@ -24,6 +25,10 @@ RUN_SCORES = (
     "replay_exact",
     "check_qpos_error",
     "fit_cpu_per_second",
+    "from_reference_mm",
+    "from_reference_worst_mm",
+    "wrench_force_pct",
+    "wrench_moment_pct",
 )
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
 
@@ -95,10 +100,11 @@ class Picture:
 
 @dataclass(frozen=True)
 class Variant:
-    """`[[variant]]`: parts of the evidence left out, keys of the plan replaced (`section.key = value`)."""
+    """`[[variant]]`: parts of the evidence left out, a planner, keys of the plan replaced (`section.key`)."""
 
     name: str = text()
     drop: tuple[str, ...] = choice(*DROPS, default=())
+    planner: str = choice(*planners.names(), default="none")
     plan: dict[str, Any] = option({})
     paper: str = ""
 
@@ -139,7 +145,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Target:
-    """`[[target]]`: met if any of its bounds is; ratios are to the motion `against` (of `against_clip`)."""
+    """`[[target]]`: met if any bound is; ratios and gains are to the motion `against` (of `against_clip`)."""
 
     text: str = text()
     score: str = option(choices=_scores)

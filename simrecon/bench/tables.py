@@ -14,7 +14,7 @@ from simrecon.bench.schema import Column, Suite, Table
 MISSING = "–"
 CHANGE_PCT = 1.0
 """Rise of an error above which a variant counts as worse than the first."""
-_FIXED = ("result", "kinematic", "input", "reference", RUN)
+_FIXED = ("result", "kinematic", "plan", "input", "reference", RUN)
 
 
 def table_lines(suite: Suite, table: Table, runs: Sequence[Row]) -> list[str]:
@@ -108,8 +108,11 @@ def _line(
     variant: str,
 ) -> str:
     cells = [name]
+    there = {motion for run in runs for motion in run.get("scores", ())} | {RUN}
     for column in table.columns:
-        shown = [(motion, score(motion, column.score)) for motion in column.of]
+        # what no run has, such as a plan where nothing plans, is left out
+        of = [motion for motion in column.of if motion in there] or column.of
+        shown = [(motion, score(motion, column.score)) for motion in of]
         known = any(math.isfinite(value) for _, value in shown)
         cell = " → ".join(_number(value, column.digits) for _, value in shown) if known else MISSING
         if column.interval and clip is not None:

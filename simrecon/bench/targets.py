@@ -52,6 +52,8 @@ def _badness(bound: Bound, own: Values, other: Values) -> Values:
     if bound.measure in ("ratio", "worst_ratio"):
         known = np.isfinite(own) & np.isfinite(other) & (other > 0)
         values = np.where(known, own / np.where(known, other, 1.0), math.nan)
+    elif bound.measure == "gain":
+        values = own - other
     return values if bound.at_most is not None else -values
 
 
@@ -59,12 +61,14 @@ def _judge(bound: Bound, own: Values, other: Values) -> Row:
     """A bound's value over clips, and whether it is met."""
     both = np.isfinite(own) & np.isfinite(other) & (other > 0)
     known, ratios = own[np.isfinite(own)], own[both] / other[both]
+    pair = np.isfinite(own) & np.isfinite(other)
     measures = {
         "mean": mean(own),
         "worst": max(known, default=math.nan),
         "least": min(known, default=math.nan),
         "ratio": mean(own[both]) / mean(other[both]) if both.any() else math.nan,
         "worst_ratio": max(ratios, default=math.nan),
+        "gain": mean(own[pair] - other[pair]),
     }
     measured = float(measures[bound.measure])
     limits = [f"≤ {bound.at_most:g}"] if bound.at_most is not None else []

@@ -83,4 +83,5 @@ def _resting(motion: Track, on: Comparison) -> Scores:
         "foot_slide_truth_mps": of_frames(truth_speed, resting),
         "foot_height_err_mm": of_frames(smoothness.foot_height_errors(a, b)[1:], resting, scale=1e3),
     }
-    return Scores(series, {"foot_contact_frames": float(resting.sum())})
+    slide_off = abs(series["foot_slide_mps"].value - series["foot_slide_truth_mps"].value)
+    return Scores(series, {"foot_contact_frames": float(resting.sum()), "foot_slide_off_mps": slide_off})

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from simrecon.contact import rules
 from simrecon.contact.rules import Flags
+from simrecon.evaluation import parts as body_parts
 from simrecon.metrics import bones, clearance, contact, touch
 from simrecon.metrics.rates import PAPER_HZ, at, every
-from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, canonical, check_names
+from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, Pushes, canonical, check_names
 from simrecon.types import Array, Scene
 
 
@@ -72,6 +74,7 @@ class Comparison:
         parts: capsules around bones.
         contacts: (S, F) where the reference's foot points rest; flight: (T,) where it touches nothing.
         touching: (T, C) which of its capsules touch; near: (T, P) which parts are within 2 cm of the scene.
+        pushed: (T, Q) which parts (`evaluation.parts.known`) the scene pushes with more than 20 N, or None.
     """
 
     truth: Track
@@ -84,6 +87,7 @@ class Comparison:
     flight: Flags
     touching: Flags
     near: Flags
+    pushed: Flags | None = None
 
     @property
     def interval_s(self) -> float:
@@ -115,6 +119,7 @@ def comparison(
     scene: Scene,
     feet: Sequence[str] = FOOT_POINTS,
     radii_m: Mapping[str, float] | None = None,
+    pushes: Pushes | None = None,
 ) -> Comparison:
     """Lay out what the motions of a clip are compared on.
 
@@ -124,6 +129,7 @@ def comparison(
         scene: what the person may touch.
         feet: foot points to compare; those that the reference lacks are left out.
         radii_m: of the person's primitives; None: those of an average person of the reference's stature.
+        pushes: forces on the reference's primitives, if they are known.
     """
     feet = tuple(point for point in FOOT_POINTS if point in feet and point in truth.names)
     names = (*BODY_JOINTS, *feet)
@@ -146,4 +152,11 @@ def comparison(
         flight=clearance.flight_frames(distance),
         touching=bones.touching(parts, names, joints, distance, interval),
         near=touch.near(distance, parts.names),
+        pushed=None if pushes is None else _pushed(pushes, truth.times_s, times_s, parts.names),
     )
+
+
+def _pushed(pushes: Pushes, truth_times_s: Array, times_s: Array, capsules: Sequence[str]) -> Flags:
+    """Which parts with a capsule the scene pushes (`contact.rules.loaded`), (T, Q)."""
+    loaded = rules.loaded(np.linalg.norm(at(times_s, truth_times_s, pushes.force_N), axis=-1))  # (T, C)
+    return body_parts.of_primitives(loaded, pushes.names, body_parts.known(capsules))

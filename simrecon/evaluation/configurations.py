@@ -13,12 +13,10 @@ import numpy as np
 
 from simrecon import scene as scenes
 from simrecon.metrics.clearance import box_clearance
+from simrecon.metrics.truth import FEET
 from simrecon.sim.address import locate
 from simrecon.sim.poses import at_rest, posed
 from simrecon.types import Array, IntArray, Scene
-
-FEET = ("left_foot", "right_foot")
-"""Primitives that are feet."""
 
 _DISTANCE_MAX_M = 1.0
 _HFIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)

@@ -42,11 +42,10 @@ def forces(result: Simulated, on: Comparison) -> Scores:
         "grf_ballistic_pct": dynamics.ballistic_grf_pct(norm, flight),
         "peak_torque_Nmpkg": dynamics.peak_torque(torque, mass),
         "peak_power_Wpkg": dynamics.peak_power(torque, rate, mass),
-        "contact_f1_force": pushes.contact_f1(motion, on),
         "residual_max_pct": float(residual.max()) if len(residual) else float("nan"),
     }
     series = {
         "grf_vertical_mean_pct": of_frames(dynamics.body_weight_pct(grf[:, 2], mass)),
         "residual_mean_pct": of_frames(residual),
     }
-    return Scores(series, numbers | pushes.touch_f1(motion, on))
+    return Scores(series, numbers | pushes.contact_f1(motion, on) | pushes.touch_f1(motion, on))

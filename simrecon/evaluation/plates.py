@@ -7,12 +7,11 @@ import numpy as np
 from simrecon.contact import rules
 from simrecon.contact.rules import Flags
 from simrecon.evaluation.comparison import Comparison
-from simrecon.evaluation.configurations import FEET
 from simrecon.metrics import dynamics
 from simrecon.metrics.filters import low_pass, possible_hz
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores, of_frames
-from simrecon.metrics.truth import Plates
+from simrecon.metrics.truth import CUTOFF_HZ, FEET, Plates, Pushes
 from simrecon.types import Array, Motion
 
 
@@ -42,6 +41,30 @@ def against_plates(
         return scores
     centre = at(times, truth_times_s, np.nan_to_num(plates.centre_m))
     return scores | _centre_of_pressure(motion, times, feet, measured, known, centre)
+
+
+def against_pushes(
+    motion: Motion, pushes: Pushes, truth_times_s: Array, on: Comparison, mass_kg: float
+) -> Scores:
+    """Contact forces against those of a reference that was simulated: both are means since the frame before.
+
+    The scores are those of `against_plates`, without centres of pressure. The first frame, which ends no
+    interval, counts in none.
+
+    Args:
+        motion: what was simulated.
+        pushes: forces on the reference's primitives.
+        truth_times_s: (S,) of the reference.
+        on: what the motions are compared on.
+        mass_kg: of the reference.
+    """
+    times = on.times_s[1:]
+    whole = at(times, truth_times_s, pushes.force_N.sum(axis=1))  # (T-1, 3)
+    feet = at(times, truth_times_s, pushes.on(FEET))  # (T-1, 2, 3)
+    own = at(times, motion.times_s, motion.contact_force_N[:, _columns(motion)])
+    known = np.ones(len(times), dtype=bool)
+    scores = _whole(at(times, motion.times_s, motion.grf_N), whole, mass_kg)
+    return scores | filtered(own, feet, known, on.interval_s, CUTOFF_HZ, mass_kg)
 
 
 def _whole(total: Array, measured: Array, mass_kg: float) -> Scores:

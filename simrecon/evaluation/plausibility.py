@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simrecon.evaluation import pushes
 from simrecon.evaluation.comparison import Comparison, Track
 from simrecon.metrics import anthropometry, bones, clearance, contact, dynamics, feet, pose, smoothness, touch
 from simrecon.metrics.rates import H36M_HZ, PAPER_HZ, at, every
@@ -52,6 +53,7 @@ def _whole_body(motion: Track, on: Comparison) -> Scores:
     numbers |= {f"f1_{part}": float(score) for part, score in zip(on.parts.names, f1, strict=True)}
     numbers["contact_f1"] = float(pose.mean_known(f1, (0,)))
     numbers |= touch.scores(touch.near(distance, on.parts.names), on.near)
+    numbers |= pushes.true_contact_f1(touching, on)
     return Scores(series, numbers)
 
 

@@ -12,9 +12,9 @@ from simrecon.evaluation.accuracy import accuracy
 from simrecon.evaluation.comparison import Comparison, Track, comparison, track
 from simrecon.evaluation.forces import forces
 from simrecon.evaluation.geometry import geometry
-from simrecon.evaluation.plates import against_plates
+from simrecon.evaluation.plates import against_plates, against_pushes
 from simrecon.evaluation.plausibility import plausibility
-from simrecon.evaluation.table import INPUT, KINEMATIC, REFERENCE, RESULT, Table
+from simrecon.evaluation.table import INPUT, KINEMATIC, PLAN, REFERENCE, RESULT, Table
 from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.metrics.rates import covered_times
 from simrecon.metrics.statistics import Scores
@@ -54,15 +54,13 @@ def score(
     motion = result.motion
     own = track(motion.times_s, motion.joint_names, motion.joints_m, "motion", result.rest_m)
     target, on = _compared(own, reference, result.scene, result.radii_m)
-    rows = {RESULT: _of_result(result, own, on)}
-    if reference.plates is not None:
-        mass_kg = reference.mass_kg or result.mass_kg
-        rows[RESULT] |= against_plates(motion, reference.plates, target.times_s, on, mass_kg)
-    if result.kinematic is not None:
-        kept = motion.status == SIMULATED
-        fit = replace(own, joints_m=result.kinematic.points_m)
-        shape = geometry(result.kinematic, motion.joint_names, motion.times_s, kept)
-        rows[KINEMATIC] = _of_joints(fit, on) | shape
+    rows = {RESULT: _of_result(result, own, on) | _measured(result, reference, on)}
+    kept = motion.status == SIMULATED
+    for name, shape in ((KINEMATIC, result.kinematic), (PLAN, result.planned)):
+        if shape is not None:
+            before = replace(own, joints_m=shape.points_m)
+            of_primitives = geometry(shape, motion.joint_names, motion.times_s, kept)
+            rows[name] = _of_joints(before, on) | of_primitives
     return table.make(RESULT, rows | _others(reference, target, seen, on), on, seed)
 
 
@@ -95,7 +93,7 @@ def _compared(
     target = track(reference.times_s, reference.joint_names, reference.joints_m, "reference")
     times = covered_times(motion.times_s, target.times_s)
     feet = [name for name in motion.names if name in target.names]
-    return target, comparison(target, times, scene, feet, radii_m)
+    return target, comparison(target, times, scene, feet, radii_m, reference.pushes)
 
 
 def _of_joints(motion: Track, on: Comparison) -> Scores:
@@ -109,6 +107,17 @@ def _of_result(result: simulated.Simulated, motion: Track, on: Comparison) -> Sc
     shape = geometry(result.body, result.motion.joint_names, motion.times_s, kept)
     forced = forces(result, on) | simulated.reported(result) | items.scores(result, on)
     return _of_joints(motion, on) | shape | forced
+
+
+def _measured(result: simulated.Simulated, reference: Truth, on: Comparison) -> Scores:
+    """Forces against those of the reference, if it has any."""
+    mass_kg = reference.mass_kg or result.mass_kg
+    times_s = reference.times_s
+    if reference.pushes is not None:
+        return against_pushes(result.motion, reference.pushes, times_s, on, mass_kg)
+    if reference.plates is not None:
+        return against_plates(result.motion, reference.plates, times_s, on, mass_kg)
+    return Scores()
 
 
 def _others(

@@ -18,7 +18,7 @@ from simrecon.types import Motion, Report, Scene
 
 BY_FRAME = (
     "times_s", "frame_step", "status", "qpos", "qvel", "joints_m", "com_m", "torque_Nm", "contact_force_N",
-    "contact_point_m", "contact_slip_mps", "grf_N", "kinematic_qpos",
+    "contact_point_m", "contact_slip_mps", "grf_N", "kinematic_qpos", "planned_qpos",
 )  # fmt: skip
 """Arrays of a motion with a row for each frame."""
 
@@ -29,7 +29,8 @@ class Simulated:
 
     Attributes:
         motion, scene, model, report: what its folder holds.
-        body: of the simulated configurations; kinematic: of the kinematic fit, or None.
+        body: of the simulated configurations; kinematic, planned: of the kinematic fit and of what a planner
+            made of it, or None.
     """
 
     motion: Motion
@@ -38,6 +39,7 @@ class Simulated:
     report: Report
     body: Configurations
     kinematic: Configurations | None
+    planned: Configurations | None = None
 
     @property
     def radii_m(self) -> dict[str, float]:
@@ -69,10 +71,11 @@ def read(folder: Path | str, span: Span = WHOLE) -> Simulated:
     motion, scene, model = within(result.motion, span, str(folder)), result.scene, result.model
     parts, points = motion.contact_body, motion.joint_names
     body = configurations(model, scene, motion.qpos, parts, points, motion.qvel)
-    kinematic = None
-    if motion.kinematic_qpos is not None:
-        kinematic = configurations(model, scene, motion.kinematic_qpos, parts, points)
-    return Simulated(motion, scene, model, result.report if span.is_all else {}, body, kinematic)
+    kinematic, planned = (
+        None if qpos is None else configurations(model, scene, qpos, parts, points)
+        for qpos in (motion.kinematic_qpos, motion.planned_qpos)
+    )
+    return Simulated(motion, scene, model, result.report if span.is_all else {}, body, kinematic, planned)
 
 
 def within(motion: Motion, span: Span, source: str) -> Motion:

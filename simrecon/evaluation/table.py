@@ -14,7 +14,7 @@ from simrecon.metrics.definitions import DEFINITIONS, GROUPS
 from simrecon.metrics.statistics import Scores
 
 SCHEMA = "simrecon.scores/1"
-RESULT, KINEMATIC, INPUT, REFERENCE = "result", "kinematic", "input", "reference"
+RESULT, KINEMATIC, PLAN, INPUT, REFERENCE = "result", "kinematic", "plan", "input", "reference"
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Table:
     """Scores by motion and name.
 
     Attributes:
-        values: by motion (`result`, `kinematic`, `input`, peers by name, `reference`) and score.
+        values: by motion (`result`, `kinematic`, `plan`, `input`, peers by name, `reference`) and score.
         intervals: the same, of scores that are means over frames: lower and upper limit.
         bootstrap: how the intervals were made.
     """

@@ -28,10 +28,11 @@ SMOOTHNESS = {
     "jitter_10mps3": "jitter: mean third derivative of joints at 30 fps, 10 m/s³ (WHAM)",
 }
 FEET = {
-    "foot_contact_frames": "heels and toes at rest in the reference; the next four look at these",
+    "foot_contact_frames": "heels and toes at rest in the reference; the next five look at these",
     "footskate_pct": "share of them that move faster than 0.5 m/s",
     "foot_slide_mps": "mean speed of heels and toes there",
     "foot_slide_truth_mps": "the same of the reference",
+    "foot_slide_off_mps": "how far the two are apart",
     "foot_height_err_mm": "mean absolute error of their height",
     "footskate_annotated_pct": "frames with a resting foot that moves 2 cm, at 30 fps (Gärtner, annotated)",
     "float_annotated_pct": "frames with a resting foot over 5 mm high, at 30 fps (Gärtner, annotated)",
@@ -49,6 +50,7 @@ BODY = {
     "body_penetration_max_mm": "greatest such depth",
     "body_penetration_pct": "share of frames with one deeper than 5 mm",
     "contact_f1": "F1 of contact, mean over parts; f1_* of one part",
+    "contact_f1_true": "F1 of contact against the forces on a simulated reference, mean over parts",
     "touch_f1": "F1 of touch (within 2 cm, moving or not), mean over parts of the body",
     "touch_f1_least": "that of the worst part",
     **{f"touch_f1_{part}": f"that of the {part.replace('_', ' ')}" for part in PARTS},
@@ -73,6 +75,7 @@ FORCES = {
     "grf_peak_pct": "greatest force of the scene in a frame of the clip",
     "grf_ballistic_pct": "Ballistic GRF: median force where the reference touches nothing (Rempe)",
     "contact_f1_force": "F1 of contact by force, mean over parts",
+    "contact_f1_true_force": "the same against the forces on a simulated reference",
     "touch_f1_force": "F1 of parts pushed by the scene where the reference's are within 2 cm, mean",
     "touch_f1_force_least": "that of the worst part",
     **{f"touch_f1_force_{part}": f"that of the {part.replace('_', ' ')}" for part in PARTS},
@@ -115,7 +118,7 @@ GROUPS = {
     "whole body, by its own primitives": SIMULATED,
     "forces of the simulation": FORCES,
     "items of the scene": ITEMS,
-    "against force plates, per cent of body weight": PLATES,
+    "against force plates, or the forces on a simulated reference, per cent of body weight": PLATES,
 }
 DEFINITIONS = {name: meaning for group in GROUPS.values() for name, meaning in group.items()}
 """By score, in the order shown."""

@@ -20,6 +20,8 @@ BODY_JOINTS = tuple(
     f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist") for side in SIDES
 )
 """The 12 joints of every position score, hips first."""
+FEET = ("left_foot", "right_foot")
+"""Primitives that are feet."""
 FOOT_POINTS = ("left_heel", "right_heel", "left_toe", "right_toe")
 ALIASES = {"left_foot_index": "left_toe", "right_foot_index": "right_toe"}
 CUTOFF_HZ = 20.0
@@ -44,6 +46,23 @@ class Plates:
 
 
 @dataclass(frozen=True, eq=False)
+class Pushes:
+    """What the scene does to each primitive of a reference that was simulated.
+
+    Attributes:
+        names: C primitives.
+        force_N: (T, C, 3) in the world, mean since the frame before; of an instant in the first frame.
+    """
+
+    names: tuple[str, ...]
+    force_N: Array
+
+    def on(self, names: Sequence[str]) -> Array:
+        """The force on some of them, (T, len(names), 3)."""
+        return np.asarray(self.force_N[:, [self.names.index(name) for name in names]])
+
+
+@dataclass(frozen=True, eq=False)
 class Truth:
     """A reference (`simrecon.truth/1`): times (T,), K names, joints (T, K, 3) in the world, z up.
 
@@ -52,6 +71,7 @@ class Truth:
         peers: other methods' joints (T, K, 3) on the same clip, by name.
         mass_kg: of the person, or None.
         plates: measured forces, or None.
+        pushes: forces on the primitives of a motion that was simulated, or None.
     """
 
     times_s: Array
@@ -60,6 +80,7 @@ class Truth:
     peers: dict[str, Array] = field(default_factory=dict)
     mass_kg: float | None = None
     plates: Plates | None = None
+    pushes: Pushes | None = None
 
 
 def read_truth(path: str | os.PathLike[str]) -> Truth:
@@ -81,7 +102,17 @@ def read_truth(path: str | os.PathLike[str]) -> Truth:
         others = arrays.finite("peer_joints_m", ("P", "T", "K", 3))
         peers = dict(zip(methods, others, strict=True))
     mass = arrays.scalar("mass_kg", (5.0, 400.0), "kg") if "mass_kg" in arrays else None
-    return Truth(times, names, joints, peers, mass, _plates(arrays))
+    pushes = _pushes(arrays)
+    return Truth(times, names, joints, peers, mass, None if pushes else _plates(arrays), pushes)
+
+
+def _pushes(arrays: Arrays) -> Pushes | None:
+    if "contact_force_N" not in arrays:
+        return None
+    names = arrays.names("contact_body", "C")
+    if missing := [foot for foot in FEET if foot not in names]:
+        arrays.fail("contact_body", f"no {' and no '.join(missing)}", "both feet among them")
+    return Pushes(names, arrays.finite("contact_force_N", ("T", "C", 3)))
 
 
 def _plates(arrays: Arrays) -> Plates | None:

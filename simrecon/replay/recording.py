@@ -12,7 +12,7 @@ from simrecon import scene as scenes
 from simrecon import schedule
 from simrecon.engines.problem import Problem
 from simrecon.replay.trace import Trace, mean_since, replay
-from simrecon.sim.address import locate
+from simrecon.sim.address import locate, with_items_at_rest
 from simrecon.sim.poses import differentiate, posed
 from simrecon.sim.state import initial_state, qpos_of, qvel_of
 from simrecon.types import Array, IntArray, KinematicFit, Motion, WindowResult
@@ -73,6 +73,7 @@ def record(
     simulated = steps <= len(ctrl)  # (T,)
     qpos, qvel = _configurations(problem, trace, grid, simulated)
     points, com, lowest = _geometry(problem, parts, qpos)
+    fitted = with_items_at_rest(model, fit.qpos)
     motion = Motion(
         times_s=times_s,
         frame_step=np.where(simulated, steps, NO_STEP),
@@ -85,7 +86,8 @@ def record(
         joints_m=points,
         com_m=com,
         contact_body=parts,
-        kinematic_qpos=problem.qpos[grid],
+        kinematic_qpos=fitted[grid],
+        planned_qpos=None if np.array_equal(fitted, problem.qpos) else problem.qpos[grid],
         **_loads(trace, steps, simulated),
     )
     return motion, _audit(trace, windows, lowest[simulated])

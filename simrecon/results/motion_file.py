@@ -54,8 +54,11 @@ def read(folder: Path | str) -> Motion:
     if ((step == NO_STEP) != (status == FALLBACK)).any():
         valid = f"{NO_STEP} at the frames of status {FALLBACK}, and there only"
         arrays.fail("frame_step", "steps that do not fit the status", valid)
-    followed = arrays.finite("kinematic_qpos", ("T", "nq")) if "kinematic_qpos" in arrays else None
-    for key, values in (("qpos", qpos), ("kinematic_qpos", followed)):
+    before = {
+        key: arrays.finite(key, ("T", "nq")) if key in arrays else None
+        for key in ("kinematic_qpos", "planned_qpos")
+    }
+    for key, values in {"qpos": qpos, **before}.items():
         _check_rotations(arrays, key, values)
     return Motion(
         times_s=times,
@@ -74,7 +77,7 @@ def read(folder: Path | str) -> Motion:
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
         contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
-        kinematic_qpos=followed,
+        **before,
     )
 
 

@@ -24,7 +24,7 @@ from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
-from simrecon.results import agreement, assumed, ending, verdict
+from simrecon.results import agreement, assumed, ending, planned, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
@@ -73,6 +73,7 @@ def make(
         "audit": dataclasses.asdict(run.audit),
         "assumed": assumed.make(job, run),
         "agreement": dataclasses.asdict(agreement.make(run)),
+        "planned": planned.make(run),
         "ending": ending.make(run),
     }
     if calibration is not None:

@@ -15,7 +15,8 @@ from simrecon.types.arrays import Array, IntArray
 class Motion:
     """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md.
 
-    `kinematic_qpos` (T, nq) is what the simulation was to follow; None in results of earlier versions.
+    `kinematic_qpos` (T, nq) is the kinematic fit; None in results of earlier versions. `planned_qpos` (T, nq)
+    is what a planner made of it for the simulation to follow; None where that is the fit.
     """
 
     times_s: Array
@@ -35,6 +36,7 @@ class Motion:
     contact_slip_mps: Array
     grf_N: Array
     kinematic_qpos: Array | None = None
+    planned_qpos: Array | None = None
 
 
 Report = dict[str, Any]

@@ -11,7 +11,7 @@ import pytest
 
 from simrecon import cli, evidence
 from simrecon import plan as plans
-from simrecon.bench import execution, material, runner, schema, suite, targets, task
+from simrecon.bench import execution, material, runner, schema, suite, tables, targets, task
 from simrecon.bench.page import markdown, replaced
 from simrecon.errors import InputError
 from simrecon.evaluation import fitted
@@ -340,9 +340,24 @@ def row(clip: str, kinematic: float, result: float, seed: int = 0) -> dict[str, 
     return {"clip": clip, "variant": "full", "seed": seed, "status": "done", "scores": scores, "run": {}}
 
 
+def test_a_motion_that_no_run_has_is_left_out_of_a_column() -> None:
+    """No arrow leads through a plan where nothing planned; a column of nothing else keeps its dash."""
+    columns = (
+        schema.Column("error", "mpjpe_g_mm", ("kinematic", "plan", "result")),
+        schema.Column("plan", "mpjpe_g_mm", ("plan",)),
+    )
+    table = schema.Table("t", "clip", columns)
+    clips = (schema.BenchmarkClip("a", "e", "t"),)
+    given = schema.Suite("p", "quick", (0,), clips, (table,))
+    one: Any = row("a", 10, 4)
+    assert tables.table_lines(given, table, [one])[-1] == "| a | 10 → 4 | – |"
+    one["scores"]["plan"] = {"mpjpe_g_mm": 7.0}
+    assert tables.table_lines(given, table, [one])[-1] == "| a | 10 → 7 → 4 | 7 |"
+
+
 @pytest.mark.parametrize(
     ("measure", "value"),
-    [("mean", 8.0), ("ratio", 0.8), ("worst", 12.0), ("least", 4.0), ("worst_ratio", 1.2)],
+    [("mean", 8.0), ("ratio", 0.8), ("worst", 12.0), ("least", 4.0), ("worst_ratio", 1.2), ("gain", -2.0)],
 )
 def test_targets(measure: str, value: float) -> None:
     """Two clips at 10: one at 4, one at 12, as the mean of two seeds."""

@@ -1,0 +1,27 @@
+"""What a planner could not explain of its reference, for the report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simrecon.metrics.dynamics import GRAVITY_MPS2
+from simrecon.pipeline import Reconstruction
+
+PERCENTILE = 95.0
+
+
+def make(run: Reconstruction) -> dict[str, float] | None:
+    """The section `planned` of a report (docs/formats.md); None if the planner knows no dynamics.
+
+    Wrenches are norms, each frame's, of force and of moment; weight is m g, and the moment's unit m g h.
+    """
+    wrench = run.reference.root_wrench  # (T, 6)
+    if wrench is None:
+        return None
+    weight_N = run.fit.body.mass_kg * GRAVITY_MPS2
+    force = np.linalg.norm(wrench[:, :3], axis=1) / weight_N
+    moment = np.linalg.norm(wrench[:, 3:], axis=1) / (weight_N * run.fit.body.height_m)
+    return {
+        "wrench_force_pct": 100.0 * float(np.percentile(force, PERCENTILE)),
+        "wrench_moment_pct": 100.0 * float(np.percentile(moment, PERCENTILE)),
+    }
