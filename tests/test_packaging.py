@@ -20,7 +20,7 @@ import simrecon
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DATA = ("models", "windows", "example")
-TESTED_EXTRAS = ("batch", "c3d", "mesh", "test", "video")
+TESTED_EXTRAS = ("batch", "mesh", "test", "video")
 """Extras of which the oldest versions are tested; `train` is for tools alone, and `dev` fixes its own."""
 JUNK = shutil.ignore_patterns("__pycache__", "*.egg-info", ".*")
 ENVIRONMENT = {

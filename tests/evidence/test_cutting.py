@@ -79,7 +79,6 @@ def trc(_: Path) -> tuple[Path, tuple[str, ...]]:
 
 
 def c3d(folder: Path) -> tuple[Path, tuple[str, ...]]:
-    pytest.importorskip("ezc3d", reason="ezc3d isn't installed (extra c3d)")
     labels, places = foreign.markers(frames=40)
     (folder / "clip.c3d").write_bytes(c3d_file.c3d(labels, 1000 * places, rate_hz=50.0))
     return folder / "clip.c3d", ()

@@ -17,8 +17,8 @@ from tests.support import corpus, mutations
 from tools import CHECKOUT
 
 SEED, FILES, PIECE = 17, 20_000, 1000
-NOT_READ = {"mot", "c3d"}
-"""What is refused as it is, and what needs a library that may not be there."""
+NOT_READ = {"mot"}
+"""What is refused as it is."""
 
 
 @pytest.fixture(autouse=True)

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -223,21 +223,27 @@ def test_joint_angles_are_refused(tmp_path: Path) -> None:
     assert_refused(written(tmp_path, forces, "grf.mot"), Options(), "found forces (MOT, STO)", "(TRC)")
 
 
-def c3d(folder: Path, processor: str = "intel") -> Path:
-    pytest.importorskip("ezc3d", reason="ezc3d isn't installed (extra c3d)")
+def c3d(folder: Path, processor: str = "intel", scale: float | None = None, analog: int = 0) -> Path:
     labels, places = foreign.markers()
     places[3, labels.index("L_toe")] = np.nan
     path = folder / "clip.c3d"
-    path.write_bytes(c3d_file.c3d(labels, 1000 * places, rate_hz=200.0, processor=processor))
+    places = 1000 * places
+    path.write_bytes(
+        c3d_file.c3d(labels, places, rate_hz=200.0, processor=processor, scale=scale, analog=analog)
+    )
     return path
 
 
-@pytest.mark.parametrize("processor", ["intel", "dec"])
-def test_c3d_round_trip(tmp_path: Path, processor: str) -> None:
-    found = evidence.read(c3d(tmp_path, processor))
+@pytest.mark.parametrize("analog", [0, 12])
+@pytest.mark.parametrize("scale", [None, 0.1])
+@pytest.mark.parametrize("processor", ["intel", "dec", "mips"])
+def test_c3d_round_trip(tmp_path: Path, processor: str, scale: float | None, analog: int) -> None:
+    """Of every processor, as real or whole numbers, beside analog channels."""
+    found = evidence.read(c3d(tmp_path, processor, scale, analog))
     labels, places = foreign.markers()
     at = {name: found.joints_m[:, i] for i, name in enumerate(found.joint_names)}
-    np.testing.assert_allclose(at["left_hip"], foreign.y_to_z(places[:, labels.index("L_HJC")]), atol=1e-5)
+    wanted = foreign.y_to_z(places[:, labels.index("L_HJC")])
+    np.testing.assert_allclose(at["left_hip"], wanted, atol=1e-5 if scale is None else 1e-4)
     assert np.isnan(at["left_toe"][3]).all()
     assert np.isfinite(at["left_toe"][4]).all()
     np.testing.assert_allclose(np.diff(found.times_s), 1 / 200)
@@ -252,12 +258,54 @@ def test_bad_c3d_gives_one_clear_line(tmp_path: Path) -> None:
         assert_refused(path, Options())
 
 
-def test_c3d_without_its_reader_says_what_to_install(tmp_path: Path, monkeypatch: Any) -> None:
-    path = tmp_path / "clip.c3d"
-    path.write_bytes(b"\x02\x50" + bytes(2000))
-    monkeypatch.setitem(__import__("sys").modules, "ezc3d", None)
-    with pytest.raises(InputError, match=r"pip install '\.\[c3d\]'"):
-        evidence.read(path)
+def test_c3d_with_damaged_parameters_gives_one_clear_line(tmp_path: Path) -> None:
+    """A chain that leads nowhere, shapes beyond the file, kinds that there are not, no parameters."""
+    path = c3d(tmp_path)
+    raw = path.read_bytes()
+    scale, labels = raw.index(b"SCALE"), raw.index(b"LABELS")
+    for at, put, said in (
+        (labels + 6, b"\xff\xff", "after which none can begin"),
+        (labels + 6, b"\x09\x00", "after which none can begin"),
+        (labels + 8, b"\x7f", "a parameter of kind 127"),
+        (labels + 9, b"\x02\xff\xff", "before what it announces"),
+        (scale + 7, b"\x09", "a parameter of kind 9"),
+        (516, b"\x00\x54", "no labels of points"),
+    ):
+        path.write_bytes(raw[:at] + put + raw[at + len(put) :])
+        assert_refused(path, Options(), said)
+
+
+def test_c3d_whose_rate_is_text_has_that_of_its_header(tmp_path: Path) -> None:
+    path = c3d(tmp_path)
+    raw = path.read_bytes()
+    at = raw.index(b"RATE") + 6
+    path.write_bytes(raw[:at] + b"\xff\x00" + raw[at + 2 :])
+    np.testing.assert_allclose(np.diff(evidence.read(path).times_s), 1 / 200)
+
+
+@pytest.mark.parametrize("how", ["LONG_FRAMES", "TRIAL"])
+def test_c3d_of_many_frames_counts_them_where_a_word_is_too_short(tmp_path: Path, how: str) -> None:
+    path = c3d(tmp_path)
+    raw = path.read_bytes()
+    raw = raw[:8] + b"\xff\xff" + raw[10:]
+    path.write_bytes(raw)
+    assert_refused(path, Options(), "65535 frames")
+    more = parameter(1, "LONG_FRAMES", 4, b"\x00" + struct.pack("<f", 12.0))
+    if how == "TRIAL":
+        more = b"\x05\xfeTRIAL\x03\x00\x00"
+        for name, words in (("START", (1, 0)), ("END", (12, 0))):
+            more += parameter(2, f"ACTUAL_{name}_FIELD", 2, b"\x01\x02" + struct.pack("<2h", *words))
+    end = raw.rindex(b"UNITS") - 2  # before the last parameter
+    longer = raw[512:end] + more + raw[end:]
+    block = longer.index(b"mm") + 3
+    path.write_bytes(raw[:512] + longer[:block].ljust(512, b"\x00") + raw[1024:])
+    assert len(evidence.read(path).times_s) == 12
+
+
+def parameter(group: int, name: str, kind: int, value: bytes) -> bytes:
+    """A parameter of a C3D file: its shape and numbers as bytes."""
+    tail = bytes([kind]) + value + b"\x00"
+    return bytes([len(name), group]) + name.encode() + struct.pack("<h", 2 + len(tail)) + tail
 
 
 @pytest.mark.parametrize("clip", ["walk", "run", "dance", "kick", "backflip"])

@@ -12,8 +12,8 @@ from simrecon.evidence import formats
 from tests.support import corpus
 from tools import CHECKOUT
 
-NOT_READ = {"mot", "c3d", "video"}
-"""Refused as it is; needs a library that may not be there; needs a network."""
+NOT_READ = {"mot", "video"}
+"""Refused as it is; needs a network."""
 
 
 def rows() -> dict[str, list[str]]:

@@ -1,4 +1,4 @@
-"""C3D files of any processor, written byte by byte, without ezc3d."""
+"""C3D files of any processor, written byte by byte."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ def c3d(
     unit: str = "mm",
     rate_hz: float = 100.0,
     processor: str = "intel",
+    scale: float | None = None,
+    analog: int = 0,
 ) -> bytes:
-    """A file of points (T, M, 3), NaN = not seen, as floating-point numbers."""
+    """A file of points (T, M, 3), NaN = not seen, and of so many analog numbers in each frame.
+
+    Points are floating-point numbers, or with a `scale` whole numbers of that many units.
+    """
     order = ">" if processor == "mips" else "<"
 
     def real(values: np.ndarray | float) -> bytes:
@@ -33,7 +38,7 @@ def c3d(
     parameters = [
         ("USED", 2, (), struct.pack(f"{order}h", count)),
         ("FRAMES", 2, (), struct.pack(f"{order}h", frames)),
-        ("SCALE", 4, (), real(-1.0)),
+        ("SCALE", 4, (), real(scale or -1.0)),
         ("RATE", 4, (), real(rate_hz)),
         ("LABELS", -1, (wide, count), text),
         ("UNITS", -1, (len(unit),), unit.encode()),
@@ -44,8 +49,12 @@ def c3d(
         body += bytes([len(name), 1]) + name.encode() + struct.pack(f"{order}h", 2 + len(tail)) + tail
     blocks = -(-(len(body) + 6) // 512)
     body = bytes([1, 0x50, blocks, PROCESSORS[processor]]) + body
-    head = b"\x02\x50" + struct.pack(f"{order}5H", count, 0, 1, frames, 10) + real(-1.0)
+    head = b"\x02\x50" + struct.pack(f"{order}5H", count, analog, 1, frames, 10) + real(scale or -1.0)
     head += struct.pack(f"{order}2H", blocks + 2, 0) + real(rate_hz)
     seen = np.isfinite(places).all(axis=-1, keepdims=True)
-    values = np.concatenate((np.where(seen, places, 0.0), np.where(seen, 0.0, -1.0)), axis=-1)
-    return head.ljust(512, b"\x00") + body.ljust(512 * blocks, b"\x00") + real(values.ravel())
+    values = np.concatenate(
+        (np.where(seen, places / (scale or 1.0), 0.0), np.where(seen, 0.0, -1.0)), axis=-1
+    )
+    rows = np.concatenate((values.reshape(frames, -1), np.full((frames, analog), 7.0)), axis=1)
+    written = real(rows.ravel()) if scale is None else np.rint(rows).astype(f"{order}i2").tobytes()
+    return head.ljust(512, b"\x00") + body.ljust(512 * blocks, b"\x00") + written

@@ -41,7 +41,7 @@ def body(
         pitch = 0.5 * (swing - bend)  # of the foot, from level
         ahead = np.stack((np.cos(pitch), np.sin(pitch), 0 * pitch), axis=-1)
         above = np.stack((-np.sin(pitch), np.cos(pitch), 0 * pitch), axis=-1)
-        heel = ankle - 0.035 * h * ahead - 0.039 * h * above
+        heel = ankle - 0.038 * h * ahead - 0.039 * h * above
         toe = heel + 0.152 * h * ahead
         shoulder = at(-0.022, 0.288) + 0.112 * h * out
         elbow = shoulder + 0.186 * h * _down(-0.6 * swing)
@@ -52,7 +52,8 @@ def body(
         marks = {
             "knee_lateral": knee + 0.055 * out, "knee_medial": knee - 0.055 * out,
             "ankle_lateral": ankle + 0.042 * out, "ankle_medial": ankle - 0.042 * out,
-            "heel": heel + 0.035 * above, "toe": heel + 0.725 * 0.152 * h * ahead + 0.035 * above,
+            "heel": heel - 0.010 * ahead + 0.030 * above,
+            "toe": heel + 0.725 * 0.152 * h * ahead + 0.035 * above,
             "toe_tip": toe + 0.035 * above,
             "mt1": heel + 0.725 * 0.152 * h * ahead + 0.035 * above - 0.03 * out,
             "mt5": heel + 0.725 * 0.152 * h * ahead + 0.035 * above + 0.03 * out,

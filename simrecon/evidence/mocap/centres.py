@@ -154,7 +154,7 @@ def _beside(skin: Mapping[str, Array], points: Points, joint: str, above: str) -
 
 
 def _shoulders(skin: Mapping[str, Array], points: Points) -> list[str]:
-    """Shoulder centres below the acromia (Rab, Petuskey & Bagley 2002)."""
+    """Shoulder centres below the acromia (`[acromion]` of markers.toml)."""
     names = ["left_shoulder", "right_shoulder"]
     between = _both(skin, "acromion")
     if between is None or set(names) & set(points):

@@ -15,6 +15,31 @@ LOWEST_SHARE = 0.05
 """Of heights that are lower than all others, to leave out errors."""
 
 
+def ankles(skin: Mapping[str, Array], points: dict[str, Array], stature_m: float) -> list[str]:
+    """Add ankles that no marker shows, in the plane of heel, toes and hip; returns their names.
+
+    The centre lies as far before the heel as a foot of this body has it, and as high over the sole.
+
+    Args:
+        skin: markers by name, (T, 3) m.
+        points: joint centres by name, which are filled up.
+        stature_m: of the person, roughly.
+    """
+    foot, estimates = table("foot"), []
+    ahead = float(foot["behind"]) / (1 + float(foot["behind"])) * float(foot["length"]) * stature_m
+    above = float(foot["ankle"]) * stature_m - float(foot["marker_height_m"])
+    for side in SIDES:
+        name, hip, heel = f"{side}_ankle", points.get(f"{side}_hip"), skin.get(f"{side}_heel")
+        front, _ = _front(skin, side)
+        if name in points or hip is None or heel is None or front is None:
+            continue
+        forward = vectors.unit(front - heel)
+        up = square(hip - heel, forward)
+        points[name] = heel + (ahead + float(foot["marker_m"])) * forward + above * up
+        estimates.append(name)
+    return estimates
+
+
 def soles(
     skin: Mapping[str, Array], points: dict[str, Array], stature_m: float, *, shod: bool = False
 ) -> str:

@@ -1,4 +1,4 @@
-"""Knees and ankles that no marker shows, from the motion of the bones on either side (Ehrig et al. 2007).
+"""Knees that no marker shows, from the motion of the bones on either side (Ehrig et al. 2007).
 
 With R, t the pose of each of two bones in a frame, the points c of the axis that both share solve
 
@@ -41,30 +41,6 @@ def knees(clusters: Mapping[str, Array], skin: Mapping[str, Array], points: dict
         if (axis := _axis(thigh, shank)) is not None:
             place, along = axis
             points[name] = place + _median(np.sum(((hip + heel) / 2 - place) * along, -1)) * along
-            found.append(name)
-    return found
-
-
-def ankles(clusters: Mapping[str, Array], skin: Mapping[str, Array], points: dict[str, Array]) -> list[str]:
-    """Add ankles that clusters of markers give, in the plane of heel, toe and knee; returns their names.
-
-    Args:
-        clusters: (T, M, 3) markers of `left_shank`, `left_foot` and those of the right side.
-        skin: markers by name.
-        points: joint centres by name, which are filled up.
-    """
-    found = []
-    for side in SIDES:
-        name, knee, heel = f"{side}_ankle", points.get(f"{side}_knee"), skin.get(f"{side}_heel")
-        toe = skin.get(f"{side}_toe_tip", skin.get(f"{side}_toe"))
-        shank, foot = clusters.get(f"{side}_shank"), clusters.get(f"{side}_foot")
-        if name in points or knee is None or heel is None or toe is None or shank is None or foot is None:
-            continue
-        if (axis := _axis(shank, foot)) is not None:
-            place, along = axis
-            across = vectors.unit(np.cross(toe - heel, knee - heel))
-            slant = np.sum(along * across, -1)
-            points[name] = place + _median(np.sum((heel - place) * across, -1) / slant) * along
             found.append(name)
     return found
 

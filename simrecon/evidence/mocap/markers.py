@@ -103,8 +103,8 @@ def joints(
     estimates = centres.joints(skin, centre)
     if moved := functional.knees(points.clusters(), skin, centre) if skin else []:
         estimates += centres.joints(skin, centre)  # ankles, whose place the knees tell
-    if moved := moved + functional.ankles(points.clusters(), skin, centre):
         notes.append(f"found by how the bones move: {', '.join(moved)}")
+    estimates += feet.ankles(skin, centre, size.rough(centre))
     if absent := [name for name in NEEDED if name not in centre or not np.isfinite(centre[name]).any()]:
         raise pointset.missing(content, points, absent[0])
     tall = size.stature_m(centre)

@@ -61,7 +61,7 @@ class PointSet:
         return found
 
     def clusters(self) -> dict[str, Array]:
-        """Markers (T, N, 3) of thighs, shanks and feet, of the bones that have any."""
+        """Markers (T, N, 3) of thighs and shanks, of the bones that have any."""
         members = {
             f"{side}_{bone}": labels.cluster(bone, side, self.names)
             for side in size.SIDES
