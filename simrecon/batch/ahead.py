@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simrecon.batch import cluster, failures, forecast, journal
+from simrecon.batch import cluster, failures, forecast, records
 from simrecon.batch.clips import Clip
 from simrecon.batch.cluster import Crew
 from simrecon.batch.forecast import Cost
 from simrecon.batch.journal import Places
+from simrecon.batch.records import Record
 from simrecon.errors import InputError
-from simrecon.results.folder import MOTION, REPORT
+from simrecon.results import whole
+from simrecon.results.folder import REPORT
 from simrecon.system import processor, signals
 
 Say = Callable[[str], None]
@@ -33,6 +35,7 @@ class Settings:
         scheduler: of a cluster that runs, or None.
         retry: further attempts at a clip that fails, other than by bad input.
         force: redo what is done.
+        verify: redo what is done and is no longer what was written, by its hashes; else by its sizes.
         until_s: when to end, s since 1970, or None.
         memory_bytes: that each local worker may use, 0 for no limit.
     """
@@ -42,6 +45,7 @@ class Settings:
     scheduler: str | None = None
     retry: int = 1
     force: bool = False
+    verify: bool = False
     until_s: float | None = None
     memory_bytes: int = 0
 
@@ -58,7 +62,11 @@ def plan_ahead(clips: Sequence[Clip], settings: Settings, say: Say = lambda _: N
     with signals.interruptible(), crew(settings, len(clips), uuid.uuid4().hex[:12]) as workers:
         facts = survey(workers, clips)
         failed = {name: row["message"] for name, row in facts.items() if "key" not in row}
-        kept = [] if settings.force else [name for name, row in facts.items() if is_done(places, row)]
+        kept = (
+            []
+            if settings.force
+            else [name for name, row in facts.items() if is_done(places, row, hashes=settings.verify)]
+        )
         rows = [row for name, row in facts.items() if name not in failed and name not in kept]
         by_name = {clip.name: clip for clip in clips}
         count, cores = at_once(settings, len(clips)), processor.cores()
@@ -152,19 +160,18 @@ def at_once(settings: Settings, clips: int) -> int:
     return min(processor.cores(), max(clips, 1))
 
 
-def is_done(places: Places, facts: dict[str, Any]) -> bool:
-    """Whether there is a whole result of the same key."""
-    if "key" not in facts:
-        return False
-    target = places.result(facts["name"])
-    entry = record(places, facts["name"])
-    whole = (target / MOTION).is_file() and (target / REPORT).is_file()
-    return entry is not None and entry.get("key") == facts["key"] and whole
+def is_done(places: Places, facts: dict[str, Any], *, hashes: bool = False) -> Record | None:
+    """The record of a clip of which there is a whole result of the same key.
 
-
-def record(places: Places, name: str) -> dict[str, Any] | None:
-    """Key and figures of a clip that is done."""
-    return journal.read_json(places.record(name))
+    Args:
+        places: of the batch.
+        facts: of the clip (`survey.survey`).
+        hashes: compare the hashes of its files too, not only their sizes.
+    """
+    found = records.read(places, facts["name"])
+    if found is None or found.key != facts.get("key"):
+        return None
+    return None if whole.damage(places.result(facts["name"]), found.files, hashes=hashes) else found
 
 
 def _existing(path: Path) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
+import os
 import time
 import traceback
 from typing import Any
@@ -13,6 +13,7 @@ from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.errors import InputError, SimreconError
 from simrecon.io import provenance
+from simrecon.results import placing
 from simrecon.results.folder import MOTION, REPORT, SCHEMA
 
 
@@ -48,10 +49,7 @@ def write(places: Places, clip: Clip, failed: dict[str, Any]) -> None:
     except InputError:
         return
     if (target / MOTION).is_file():
-        aside = places.inner / "earlier" / clip.name
-        shutil.rmtree(aside, ignore_errors=True)
-        aside.parent.mkdir(parents=True, exist_ok=True)
-        target.rename(aside)
+        set_aside(places, clip.name)
     error = {"kind": failed["kind"], "message": failed["message"], "trace": failed["trace"] or None}
     content = {
         "schema": SCHEMA,
@@ -64,9 +62,17 @@ def write(places: Places, clip: Clip, failed: dict[str, Any]) -> None:
     journal.write_json(target / REPORT, content)
 
 
+def set_aside(places: Places, name: str) -> None:
+    """Move what is in the place of a clip's result to `.batch/earlier`, where all that was moved so stays."""
+    target, aside = places.result(name), places.inner / "earlier" / name
+    if target.is_dir():
+        aside.parent.mkdir(parents=True, exist_ok=True)
+        target.rename(placing.free(aside) if os.path.lexists(aside) else aside)
+
+
 def note(places: Places, name: str, text: str) -> None:
     """Add to a clip's log."""
     path = places.log(name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as stream:
+    with path.open("a", encoding="utf-8", errors="backslashreplace") as stream:
         stream.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {text}\n")

@@ -7,9 +7,12 @@ import re
 from pathlib import Path
 
 from simrecon.errors import InputError
+from simrecon.io import atomic
 
 SUFFIXES = (".npz", ".pkl", ".pt", ".pth", ".npy", ".json", ".bvh", ".trc", ".mot", ".c3d")
 """Files that are taken from a folder; a file that is named by itself may have any suffix."""
+NAME_MAX_BYTES = 150
+"""Longest name of a clip: what is added to it for its files must find room too."""
 RESERVED = ("batch.jsonl", "index.html")
 VIDEOS = (".mp4", ".mov", ".avi", ".mkv", ".webm")
 """Taken from a folder too, if no other input there has the same stem."""
@@ -59,4 +62,4 @@ def stem(path: Path, root: Path | None) -> str:
 def safe(name: str) -> str:
     """A file name that is the same on every system."""
     word = re.sub(r"[^\w.+-]+", "_", name.replace("/", "_")).strip("._") or "clip"
-    return f"{word}_clip" if word in RESERVED else word[:150]
+    return f"{word}_clip" if word in RESERVED else atomic.fitted(word, longest=NAME_MAX_BYTES)

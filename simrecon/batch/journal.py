@@ -14,11 +14,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from simrecon.errors import InputError, SimreconError
-from simrecon.io import atomic
+from simrecon.io import atomic, reading
 from simrecon.system import locks
 
 SCHEMA = "simrecon.batch/1"
+LARGEST = 1e15
 Event = dict[str, Any]
+_TEXTS = ("clip", "input", "plan", "state", "stage", "message", "reason")
+_NUMBERS = ("video_s", "window", "windows", "loss", "part")
 
 
 class DiskFullError(SimreconError):
@@ -99,8 +102,8 @@ def write_json(target: Path, content: Any) -> None:
 def read_json(path: Path) -> dict[str, Any] | None:
     """A file's table; None where there is none, or it is not whole."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = json.loads(reading.read_text(path))
+    except (OSError, ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
 
@@ -121,7 +124,7 @@ class Journal:
     def append(self, kind: str, **content: Any) -> Event:
         """Write one event, with the time, s since 1970."""
         event = {"time": round(time.time(), 3), "event": kind, **content}
-        line = json.dumps(event, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        line = atomic.json_bytes(event)
         written = self._stream.write(line)
         if written != len(line):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -141,18 +144,34 @@ def read_events(path: Path) -> list[Event]:
         InputError: there is no such file.
     """
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
+        text = reading.read_bytes(path).decode("utf-8", "replace")
     except OSError as error:
         raise InputError(
             f"{path.parent}: found no batch there; valid: the folder of `simrecon batch`"
         ) from error
     events = []
-    for line in text.splitlines():
-        with contextlib.suppress(ValueError):
+    for line in text.split("\n"):
+        with contextlib.suppress(ValueError, RecursionError):
             event = json.loads(line)
-            if isinstance(event, dict) and "event" in event:
+            if is_event(event):
                 events.append(event)
     return events
+
+
+def is_event(event: Any) -> bool:
+    """Whether a value is an event with a time, and what it says is of the types that are shown."""
+    return (
+        isinstance(event, dict)
+        and isinstance(event.get("event"), str)
+        and is_number(event.get("time"))
+        and all(isinstance(event[key], str) for key in _TEXTS if key in event)
+        and all(is_number(event[key]) for key in _NUMBERS if key in event)
+    )
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a number of a size that can be shown."""
+    return isinstance(value, int | float) and abs(value) < LARGEST
 
 
 @contextlib.contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -55,7 +55,7 @@ class Ledger:
         """A clip is to be done."""
         self.book.append("clip", state="waiting", **_about(clip, facts))
 
-    def kept(self, clip: Clip, facts: dict[str, Any], figures: dict[str, Any]) -> None:
+    def kept(self, clip: Clip, facts: dict[str, Any], figures: Mapping[str, Any]) -> None:
         """A clip was done before."""
         self.book.append("clip", state="kept", **_about(clip, facts))
         self.outcome.kept.append(clip.name)

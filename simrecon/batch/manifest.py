@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from simrecon.batch import files
 from simrecon.errors import InputError
 from simrecon.io import tables
 from simrecon.io.messages import check_keys
+from simrecon.io.reading import TEXT_MAX_BYTES, read_bytes
 from simrecon.job.text import Option, over
 from simrecon.job.text import options as job_options
 
@@ -99,11 +101,11 @@ def _toml(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, An
 def _csv(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], dict[str, Any]]:
     """Rows of a table with a header; an empty cell is no value, and a row of empty cells is none."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.DictReader(stream, skipinitialspace=True)
-            rows: list[tuple[str, dict[Any, Any]]]
-            rows = [(f"{path}: line {reader.line_num}:", row) for row in reader if not _is_empty(row)]
-            header = reader.fieldnames or ()
+        text = read_bytes(path, TEXT_MAX_BYTES).decode("utf-8-sig")
+        reader = csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True)
+        rows: list[tuple[str, dict[Any, Any]]]
+        rows = [(f"{path}: line {reader.line_num}:", row) for row in reader if not _is_empty(row)]
+        header = reader.fieldnames or ()
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read as CSV: {error}") from error
     if "input" not in header or not rows:

@@ -13,6 +13,7 @@ from simrecon import resources
 from simrecon.batch import status
 from simrecon.batch.journal import Places
 from simrecon.batch.status import Row, State
+from simrecon.errors import printable
 from simrecon.io import atomic
 from simrecon.io.messages import counted
 from simrecon.results.folder import REPORT
@@ -56,12 +57,12 @@ def render(places: Places, state: State) -> str:
     """The page as text."""
     template = (resources.folder("batch") / TEMPLATE).read_text(encoding="utf-8")
     head = "".join(
-        f'<th data-kind="{kind}" data-key="{key}"{" tabindex=0" if kind else ""}>{html.escape(title)}</th>'
+        f'<th data-kind="{kind}" data-key="{key}"{" tabindex=0" if kind else ""}>{_escaped(title)}</th>'
         for key, title, kind in COLUMNS
     )
     rows = "\n".join(_row(places, row) for row in state.rows.values())
     values = {
-        "TITLE": html.escape(places.root.name),
+        "TITLE": _escaped(places.root.name),
         "SUMMARY": _summary(state),
         "HEAD": head,
         "ROWS": rows,
@@ -69,6 +70,11 @@ def render(places: Places, state: State) -> str:
     for key, value in values.items():
         template = template.replace(f"<!--{key}-->", value)
     return template
+
+
+def _escaped(text: str) -> str:
+    """Text for the page, whatever it holds."""
+    return html.escape(printable(text))
 
 
 def _summary(state: State) -> str:
@@ -93,7 +99,7 @@ def _summary(state: State) -> str:
     summary = f"{stamp}, last run took {duration(end - state.begin)}, {video:.1f} s of video done"
     if state.reason:
         summary += f"; {state.reason}"
-    return f'<div class="tiles">{shown}</div><p class="said">{html.escape(summary)}</p>'
+    return f'<div class="tiles">{shown}</div><p class="said">{_escaped(summary)}</p>'
 
 
 def _verdict(row: Row) -> tuple[str, str]:
@@ -122,7 +128,7 @@ def _row(places: Places, row: Row) -> str:
     cells = [
         (row.name, _links(places, row)),
         (None, _strip(places, row)),
-        (_RANKS[kind], f'<span class="verdict {kind}">{html.escape(words)}</span>'),
+        (_RANKS[kind], f'<span class="verdict {kind}">{_escaped(words)}</span>'),
         *(
             (value, "–" if value is None else f"{value:.{digits}f}")
             for value, digits in (
@@ -143,12 +149,12 @@ def _row(places: Places, row: Row) -> str:
 
 def _value(value: object) -> str:
     """The attribute that a cell is sorted by."""
-    return "" if value is None else f' data-value="{html.escape(str(value))}"'
+    return "" if value is None else f' data-value="{_escaped(str(value))}"'
 
 
 def _links(places: Places, row: Row) -> str:
     """The name, to the clip's report, and links to what else there is."""
-    folder, name = places.result(row.name), html.escape(row.name)
+    folder, name = places.result(row.name), _escaped(row.name)
     there: dict[str, Any] = {
         "overlay": next((f for f in ("overlay.mp4", "overlay.png") if (folder / f).is_file()), None),
         "scene": "scene.toml" if (folder / "scene.toml").is_file() else None,
@@ -158,15 +164,15 @@ def _links(places: Places, row: Row) -> str:
         links.append(f'<a href=".batch/logs/{quote(row.name)}.log">log</a>')
     main = next((file for file in ("report.html", REPORT) if (folder / file).is_file()), None)
     title = f'<a class="name" href="{quote(row.name)}/{main}">{name}</a>' if main else name
-    source, more = html.escape(row.input), " · ".join(links)
+    source, more = _escaped(row.input), " · ".join(links)
     return f'<span title="{source}">{title}</span><small>{more}</small>'
 
 
 def _strip(places: Places, row: Row) -> str:
     if row.state == "failed":
-        return f'<span class="message">{html.escape(row.message)}</span>'
+        return f'<span class="message">{_escaped(row.message)}</span>'
     path = places.thumbnail(row.name)
     if row.state != "done" or not path.is_file():
         return ""
     data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img alt="frames of {html.escape(row.name)}" src="data:image/jpeg;base64,{data}">'
+    return f'<img alt="frames of {_escaped(row.name)}" src="data:image/jpeg;base64,{data}">'

@@ -109,8 +109,9 @@ class _Night:
         by_name = {clip.name: clip for clip in clips}
         for name, facts in ahead.survey(self._crew, clips).items():
             clip = by_name[name]
-            if not force and ahead.is_done(self._places, facts):
-                ledger.kept(clip, facts, (ahead.record(self._places, name) or {})["figures"])
+            done = ahead.is_done(self._places, facts, hashes=self._settings.verify)
+            if done is not None and not force:
+                ledger.kept(clip, facts, done.figures)
                 continue
             ledger.waits(clip, facts)
             if "key" not in facts:

@@ -6,8 +6,9 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from simrecon.batch import journal
+from simrecon.batch import journal, records
 from simrecon.batch.journal import Event, Places
+from simrecon.errors import printable
 from simrecon.io.messages import counted
 from simrecon.system.progress import duration
 
@@ -83,7 +84,8 @@ def read(places: Places, now: float | None = None) -> State:
         if row.state == "running" and not state.alive:
             row.state = "waiting"
         if row.state == "done":
-            row.figures = (journal.read_json(places.record(row.name)) or {}).get("figures")
+            found = records.read(places, row.name)
+            row.figures = None if found is None else dict(found.figures)
     state.left_s = _left(state, gained, time.time() if now is None else now)
     return state
 
@@ -158,7 +160,7 @@ def text(state: State, folder: str, now: float | None = None) -> str:
         verdict = row.figures["verdict"] if row.figures else "done"
         if verdict != "all simulated":
             lines.append(f"done     {row.name}  {verdict}")
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def table(state: State) -> dict[str, Any]:

@@ -15,15 +15,17 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import results
-from simrecon.batch import failures, journal
+from simrecon.batch import failures, journal, records
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint
 from simrecon.errors import SimreconError
+from simrecon.io import atomic
 from simrecon.io.provenance import code_digest
 from simrecon.observer import Observer
-from simrecon.results import Result, verdict
+from simrecon.results import Result, placing, verdict
+from simrecon.results.folder import MOTION
 from simrecon.running import run
 from simrecon.system import locks, memory
 from simrecon.types import Window, WindowResult
@@ -88,6 +90,8 @@ def _solve(
     if job.code != code_digest():
         raise SimreconError("the worker has another version of simrecon than the batch; install the same")
     _tidy(places, job)
+    if records.damage(places, clip.name):
+        failures.set_aside(places, clip.name)
     results.check_writable(target)
     began = time.perf_counter()
     store = checkpoint.Folder(places.checkpoints(clip.name) / job.key[:16])
@@ -95,10 +99,10 @@ def _solve(
     result = run(clip.job(target), watcher, checkpoint=store, threads=threads, overwrite=True)
     _write_strip(places.thumbnail(clip.name), result)
     if shutil.disk_usage(target).free < FREE_MIN_BYTES:
-        shutil.rmtree(target)
+        placing.discard(target)
         raise journal.DiskFullError(f"{target}: the disk is full, so the result may not be whole")
     figures = _figures(result, time.perf_counter() - began)
-    journal.write_json(places.record(clip.name), {"key": job.key, "figures": figures})
+    records.write(places, clip.name, job.key, figures)
     shutil.rmtree(places.checkpoints(clip.name), ignore_errors=True)
     failures.note(places, clip.name, f"done: {figures['verdict']}, {figures['wall_s']:.1f} s")
     return figures
@@ -193,11 +197,18 @@ def _alone(places: Places, job: Assignment) -> Iterator[None]:
 
 def _tidy(places: Places, job: Assignment) -> None:
     """Remove what a killed worker left half done, and checkpoints for another key."""
-    name = job.clip.name
-    debris = re.compile(rf"\.{re.escape(name)}\.(\d+\.(partial|earlier)|\w{{8}})")
-    for path in places.root.iterdir():
-        if debris.fullmatch(path.name) and path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
+    name, target = job.clip.name, places.result(job.clip.name)
+    debris = re.compile(re.escape(atomic.fitted(f".{name}")) + r"\.\d+(-\d+)?\.(partial|earlier)")
+    for path in sorted(places.root.iterdir()):
+        if not debris.fullmatch(path.name) or not path.is_dir():
+            continue
+        if (path / placing.MARK).is_file():
+            placing.remove_unfinished(path)
+        elif (path / MOTION).is_file():
+            if path.suffix == ".earlier" and not target.exists():  # killed between two renames
+                path.rename(target)
+            else:
+                placing.discard(path)
     kept = places.checkpoints(name)
     for path in kept.iterdir() if kept.is_dir() else ():
         if path.name != job.key[:16]:

@@ -18,9 +18,10 @@ from simrecon.bench import material
 from simrecon.bench.task import BenchmarkTask
 from simrecon.errors import SimreconError
 from simrecon.evaluation import fitted, scores
-from simrecon.io import atomic
+from simrecon.io import atomic, reading
 from simrecon.job import Job, Person, Reading
 from simrecon.plan import Plan
+from simrecon.results import whole
 from simrecon.running import run
 from simrecon.types import Evidence, Scene
 
@@ -62,10 +63,11 @@ def _execute(task: BenchmarkTask) -> dict[str, Any]:
         return _fit(task, file, truth, key, _Work(material.dropped(seen, task.variant.drop), scene, plan))
     folder, mark = task.folder / RESULT, task.folder / RECORD
     status = "kept"
-    if not (folder / "motion.npz").is_file() or _recorded(mark).get("key") != key:
+    before = _recorded(mark)
+    if before.get("key") != key or whole.damage(folder, before.get("files")):
         mark.unlink(missing_ok=True)
         run(_job(task, file, scene, plan, folder), overwrite=True)
-        atomic.write_json(mark, {"key": key})
+        atomic.write_json(mark, {"key": key, "files": whole.note(folder)}, durable=True)
         status = "done"
     table = scores.score(folder, truth, file)
     content = table.as_dict()
@@ -92,13 +94,15 @@ def _fit(task: BenchmarkTask, file: Path, truth: Path, key: str, work: _Work) ->
     """The kinematic half alone, kept as `fit.npz`."""
     path, mark = task.folder / FIT, task.folder / RECORD
     status = "kept"
-    if not path.is_file() or _recorded(mark).get("key") != key:
+    before, size = _recorded(mark), path.stat().st_size if path.is_file() else None
+    if size is None or (before.get("key"), before.get("bytes")) != (key, size):
         task.folder.mkdir(parents=True, exist_ok=True)
         mark.unlink(missing_ok=True)
         began = time.process_time()
         fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
         fitted.write(path, fit, time.process_time() - began)
-        atomic.write_json(mark, {"key": key})
+        atomic.flush(path)
+        atomic.write_json(mark, {"key": key, "bytes": path.stat().st_size}, durable=True)
         status = "done"
     table = scores.score_fit(path, truth, file)
     record = {"status": status, "key": key, "scores": table.values, "intervals": table.as_dict()["intervals"]}
@@ -126,8 +130,8 @@ def _job(task: BenchmarkTask, input_file: Path, scene: Scene, plan: Plan, folder
 def _recorded(path: Path) -> dict[str, Any]:
     """What was written down of a run: its `key`."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        record = json.loads(reading.read_text(path))
+    except (OSError, ValueError, RecursionError):
         return {}
     return record if isinstance(record, dict) else {}
 

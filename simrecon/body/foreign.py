@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.io import pickles
-from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.limits import size_text
 from simrecon.io.npz import parse_npz
 from simrecon.io.pickles.arrays import Held, Sparse, SparseRows, Variable
+from simrecon.io.reading import read_bytes
 
 _PICKLES = (".pkl", ".pickle")
 _DENSE_MAX_BYTES = 1 << 30
@@ -34,9 +35,7 @@ def load(path: Path | str) -> dict[str, Any]:
     if path.suffix.lower() not in (".npz", *_PICKLES):
         raise InputError(f"{path}: found a file that ends in {path.suffix!r}; valid: .npz, .pkl")
     try:
-        if (size := path.stat().st_size) > MAX_BYTES:
-            raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
-        content = path.read_bytes()
+        content = read_bytes(path)
     except OSError as error:
         raise InputError(f"{path}: cannot read the body model: {error.strerror}") from error
     try:

@@ -6,6 +6,7 @@ the command is asked for, so that help comes at once.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -13,7 +14,7 @@ import traceback
 import simrecon
 from simrecon.cli import commands
 from simrecon.cli.arguments import Parser
-from simrecon.errors import SimreconError
+from simrecon.errors import SimreconError, printable
 
 NOTHING = "nothing was written"
 EXIT_FAILED, EXIT_INTERRUPTED, EXIT_PIPE = 1, 130, 141
@@ -30,6 +31,9 @@ def main(argv: list[str] | None = None) -> int:
         Exit status: 0 all simulated, 1 failed, 2 bad usage or input, 3 finished with frames on kinematic
         fallback, 130 interrupted, 141 nobody reads what it prints any more.
     """
+    for stream in (sys.stdout, sys.stderr):  # paths may hold bytes that are no text
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         status = _status(sys.argv[1:] if argv is None else argv)
         sys.stdout.flush()
@@ -53,7 +57,7 @@ def _status(words: list[str]) -> int:
     except BrokenPipeError:
         raise
     except KeyboardInterrupt as error:
-        print(f"simrecon: interrupted, {str(error) or NOTHING}", file=sys.stderr)
+        print(f"simrecon: interrupted, {printable(str(error)) or NOTHING}", file=sys.stderr)
         return EXIT_INTERRUPTED
     except Exception as error:
         debug = "--debug" in words
@@ -64,7 +68,7 @@ def _status(words: list[str]) -> int:
             status = error.exit_status
         else:  # a defect
             message = f"{type(error).__name__}: {message}{'' if debug else '; --debug shows where'}"
-        print("simrecon: error:", " ".join(message.split()), file=sys.stderr)
+        print("simrecon: error:", printable(" ".join(message.split())), file=sys.stderr)
         return status
 
 

@@ -11,19 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan, scene
-from simrecon.batch import ahead, clips, manifest, page, runner, status
+from simrecon.batch import ahead, clips, manifest, page, records, runner, status
 from simrecon.batch.ahead import Settings
 from simrecon.batch.journal import Places, cannot_write
 from simrecon.batch.ledger import Outcome
 from simrecon.cli import arguments, options
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
+from simrecon.io.messages import counted
 from simrecon.system import processor
 from simrecon.system.memory import total_bytes
 from simrecon.system.progress import Progress, duration
 
-EXIT_INTERRUPTED = 130
+EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 GIB = 2**30
 
 
@@ -66,6 +67,7 @@ def add(commands: Any) -> None:
         help="memory of each worker [its share of this machine's]",
     )
     add_one("--force", action="store_true", help="redo clips that are finished")
+    add_one("--verify", action="store_true", help="redo finished clips whose files are not what was written")
     add_one("--dry-run", action="store_true", help="only print what there is to do, and what it will cost")
     add_one("--json", action="store_true", help="with --dry-run: print JSON")
     options.add(batch)
@@ -75,7 +77,8 @@ def _add_words(batch: arguments.Parser) -> None:
     state = batch.word("status", _status, "show how a batch stands")
     state.add_argument("--json", action="store_true", help="print JSON")
     report = batch.word("report", _report, "write index.html of a batch again")
-    for parser in (state, report):
+    verify = batch.word("verify", _verify, "compare the results of a batch with what was written")
+    for parser in (state, report, verify):
         parser.add_argument("folder", metavar="OUT", help="folder of a batch")
 
 
@@ -128,6 +131,7 @@ def _settings(parsed: argparse.Namespace, count: int) -> Settings:
         scheduler=parsed.scheduler,
         retry=parsed.retry,
         force=parsed.force,
+        verify=parsed.verify,
         until_s=None if parsed.until is None else until(parsed.until, time.time()),
         memory_bytes=memory,
     )
@@ -162,7 +166,7 @@ def _end(outcome: Outcome, output: str) -> int:
     for name in outcome.fallback:
         print(f"fallback  {name}")
     for name, message in outcome.failed.items():
-        print(f"failed    {name}: {message}")
+        print(f"failed    {name}: {printable(message)}")
     if outcome.left:
         print(f"left      {', '.join(outcome.left)}; the same command goes on ({outcome.reason})")
     print(f"report    {Path(output) / 'index.html'}")
@@ -195,7 +199,7 @@ def _show(forecast: dict[str, Any]) -> None:
     )
     print("disk      {} of {} free".format(*_megabytes(forecast)))
     for name, message in forecast["failed"].items():
-        print(f"bad       {name}: {message}")
+        print(f"bad       {name}: {printable(message)}")
 
 
 def _megabytes(forecast: dict[str, Any]) -> tuple[str, str]:
@@ -208,6 +212,16 @@ def _status(parsed: argparse.Namespace) -> int:
     state = status.read(Places(Path(parsed.folder)))
     print(json.dumps(status.table(state), indent=1) if parsed.json else status.text(state, parsed.folder))
     return 0
+
+
+def _verify(parsed: argparse.Namespace) -> int:
+    found = records.verify(Places(Path(parsed.folder)))
+    damaged = {name: words for name, words in found.items() if words}
+    for name, words in damaged.items():
+        print(f"damaged   {printable(name)}: {words}")
+    advice = "; the same `simrecon batch` with --verify makes them anew" if damaged else ""
+    print(f"{len(found) - len(damaged)} of {counted(len(found), 'result')} as written{advice}")
+    return EXIT_FAILED if damaged else 0
 
 
 def _report(parsed: argparse.Namespace) -> int:
@@ -228,7 +242,7 @@ class _Shown:
     def say(self, line: str) -> None:
         """A line of its own."""
         clear = "\r\x1b[K" if self._bar is not None and sys.stderr.isatty() else ""
-        print(f"{clear}{line}", file=sys.stderr, flush=True)
+        print(f"{clear}{printable(line)}", file=sys.stderr, flush=True)
 
     def progress(self, done: float, total: float, note: str) -> None:
         """Seconds of video."""

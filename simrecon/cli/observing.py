@@ -9,7 +9,7 @@ from pathlib import Path
 
 from simrecon.cli import options
 from simrecon.cli.stages import Stages
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.job import Job, inputs
 from simrecon.job.text import options as job_options
 from simrecon.job.text import with_options
@@ -85,5 +85,5 @@ def observe(asked: Job) -> Evidence:
     with Stages() as stages:
         seen = inputs.observe(asked, lambda done, total: stages.stage("landmarks", done, total))
     for line in seen.reading.splitlines():
-        print(f"read as {line}", file=sys.stderr)
+        print(f"read as {printable(line)}", file=sys.stderr)
     return seen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+from simrecon.errors import printable
 from simrecon.observer import Observer
 from simrecon.system.progress import Progress
 
@@ -29,14 +30,14 @@ class Stages(Observer):
     def note(self, line: str) -> None:
         """See `Observer`."""
         self._finish()
-        print(line, file=sys.stderr)
+        print(printable(line), file=sys.stderr)
 
     def stage(self, name: str, done: float, total: float) -> None:
         """See `Observer`."""
         if name != self._stage:
             self._finish()
             self._stage, self._total = name, total
-            self._bar = Progress(total, name).__enter__()
+            self._bar = Progress(total, printable(name)).__enter__()
         if self._bar is not None and done < total:
             self._bar.update(done)
 

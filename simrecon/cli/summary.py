@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from simrecon.errors import printable
 from simrecon.kinematics import stature_prior
 from simrecon.results import Result
 from simrecon.system.progress import duration
@@ -19,7 +20,7 @@ def of(result: Result) -> str:
     """What a run came to, one line a fact."""
     report = result.report
     rows = [*_assumed(report), *_reached(report), *_verdict(report), *_files(result)]
-    return "\n".join(f"{name:<{_WIDTH}}{words}" for name, words in rows)
+    return "\n".join(f"{name:<{_WIDTH}}{printable(words)}" for name, words in rows)
 
 
 def _assumed(report: Report) -> Iterator[tuple[str, str]]:
@@ -122,6 +123,8 @@ def _files(result: Result) -> Iterator[tuple[str, str]]:
         yield "landmarks", f"could not be kept ({lost}); a rerun looks for them again"
     if (better := report.get("better")) is not None:
         yield "kept", f"{better} is better, and stays; --replace replaces it all the same"
+    if (earlier := report.get("earlier")) is not None:
+        yield "earlier", f"{earlier}: the result that was there, for it holds files of others"
     files = ", ".join(sorted(path.name for path in folder.iterdir()))
     yield "written", f"{folder}: {files}"
     kept = result.job.detected

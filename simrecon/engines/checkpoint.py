@@ -25,6 +25,7 @@ import simrecon
 from simrecon import plan as plans
 from simrecon.engines.problem import Problem
 from simrecon.io import atomic
+from simrecon.io.reading import read_bytes
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 SCHEMA = "simrecon.checkpoint/2"
@@ -138,7 +139,7 @@ def _bytes(digest: str, result: WindowResult) -> bytes:
 def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
     """A window; None where there is none, or it is not whole."""
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
+        with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         kept = Window(*(int(value) for value in arrays["window"]))
         if (str(arrays["schema"]), str(arrays["digest"]), kept) != (SCHEMA, digest, window):

@@ -12,6 +12,7 @@ from typing import Any
 from simrecon.errors import InputError
 from simrecon.evidence import containers, trees
 from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.reading import read_bytes
 
 _JSON_FILES_MAX = 500_000
 
@@ -88,6 +89,8 @@ def open_content(path: str | os.PathLike[str]) -> Content:
     try:
         if path.is_dir():
             return Content(path, "folder")
+        if not path.is_file() and path.exists():
+            raise InputError(f"{path}: found a pipe or a device; valid: a file, or a folder")
         size = path.stat().st_size
         with path.open("rb") as file:
             head = file.read(4096)
@@ -110,8 +113,6 @@ def is_video(path: str | os.PathLike[str]) -> bool:
 
 def _bytes(path: Path) -> bytes:
     try:
-        if (size := path.stat().st_size) > MAX_BYTES:
-            raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
-        return path.read_bytes()
+        return read_bytes(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give an existing file") from error

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simrecon import body as bodies
+from simrecon.evidence import ranges
 from simrecon.io.arrays import Arrays, listed
 from simrecon.io.messages import counted
 from simrecon.types import Array, Camera, Evidence, Lens, Part
@@ -69,8 +70,10 @@ def part(arrays: Arrays, frames: int) -> Part | None:
 def camera(arrays: Arrays, frames: int) -> Camera | None:
     """The lens, and the path over so many frames where the file has one; None without either."""
     size = arrays.finite("image_size_px", (2,)) if "image_size_px" in arrays else None
-    if size is not None and ((size < 1).any() or (size != np.round(size)).any()):
-        arrays.fail("image_size_px", str(size.tolist()), "width and height, whole numbers above 0")
+    low, high = ranges.SIDE_PX
+    if size is not None and ((size < low).any() or (size > high).any() or (size != np.round(size)).any()):
+        valid = f"width and height, whole numbers from {low} to {high}"
+        arrays.fail("image_size_px", str(size.tolist()), valid)
     if not any(key in arrays for key in CAMERA):
         return None
     matrix = arrays.finite("camera_K", (3, 3))
@@ -83,8 +86,30 @@ def camera(arrays: Arrays, frames: int) -> Camera | None:
     if size is None:
         arrays.fail("image_size_px", "a camera without an image size", "width and height in pixels")
     distortion = arrays.finite("camera_dist", (5,)) if "camera_dist" in arrays else np.zeros(5)
+    _check_lens(arrays, matrix, distortion, float(size.max()))
     path = _path(arrays, "world_to_camera", frames) if "world_to_camera" in arrays else None
     return Camera(Lens(matrix, distortion, (int(size[0]), int(size[1]))), path)
+
+
+def _check_lens(arrays: Arrays, matrix: Array, distortion: Array, side: float) -> None:
+    """Compare a lens with what lenses are like, for images with this longer side."""
+    low, high = (factor * side for factor in ranges.FOCAL_SIDES)
+    focal = matrix[[0, 1], [0, 1]]
+    if (focal < low).any() or (focal > high).any():
+        text = f"focal lengths {focal[0]:g} and {focal[1]:g}"
+        arrays.fail("camera_K", text, f"{low:g} to {high:g} px for images of {side:g} px")
+    if (np.abs(matrix[:2, 2]) > ranges.PIXEL_SIDES * side).any():
+        text = f"the centre {matrix[0, 2]:g}, {matrix[1, 2]:g}"
+        arrays.fail("camera_K", text, f"within {ranges.PIXEL_SIDES * side:g} px of the image's corner")
+    if (np.abs(distortion) > ranges.DISTORTION_MAX).any():
+        text = f"a coefficient of {np.abs(distortion).max():g}"
+        arrays.fail("camera_dist", text, f"at most {ranges.DISTORTION_MAX:g}")
+
+
+def _check_places(arrays: Arrays, key: str, places: Array, most: float, unit: str) -> None:
+    """Refuse what is further from the origin than anything is."""
+    if (np.abs(places) > most).any():
+        arrays.fail(key, f"a number of {np.nanmax(np.abs(places)):g}", f"at most {most:g} {unit}")
 
 
 def _path(arrays: Arrays, key: str, frames: int) -> Array:
@@ -102,6 +127,7 @@ def _path(arrays: Arrays, key: str, frames: int) -> Array:
             f"det {determinants[i]:.4g}, off orthogonal by {errors[i]:.2g}, last row {poses[i, 3].tolist()}"
         )
         arrays.fail(key, text + where, "[[R, t], [0, 0, 0, 1]], R orthogonal with det 1, t in metres")
+    _check_places(arrays, key, poses[:, :3, 3], ranges.POSITION_MAX_M, "m")
     return poses if moving else np.broadcast_to(poses, (frames, 4, 4))
 
 
@@ -148,6 +174,9 @@ def with_keypoints(arrays: Arrays, evidence: Evidence) -> Evidence:
         return replace(evidence, keypoints_px=np.empty((frames, 0, 2)), scores=np.empty((frames, 0)))
     names = arrays.names("keypoint_names", "J")
     points = _points(arrays, "keypoints_px", ("T", "J", 2))
+    if evidence.camera is not None:
+        most = ranges.PIXEL_SIDES * max(evidence.camera.lens.image_size_px)
+        _check_places(arrays, "keypoints_px", points, most, "px")
     scores = arrays.floats("keypoint_scores", ("T", "J"))
     seen = ~np.isnan(points[..., 0])  # (T, J)
     if np.isnan(scores[seen]).any():
@@ -170,6 +199,7 @@ def with_joints(arrays: Arrays, evidence: Evidence) -> Evidence:
     extent = float(np.median(np.ptp(known, axis=1).max(-1))) if len(known) else 0.0
     if extent > EXTENT_MAX_M:
         arrays.fail("joints_m", f"a person {extent:g} across", f"metres, at most {EXTENT_MAX_M:g} m across")
+    _check_places(arrays, "joints_m", joints, ranges.POSITION_MAX_M, "m")
     frame = arrays.text("joints_frame", FRAMES)
     return replace(evidence, joint_names=names, joints_m=joints, joints_frame=frame)
 

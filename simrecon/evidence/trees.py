@@ -106,7 +106,7 @@ def of_json(source: str, text: str) -> Any:
 
 def _lines(text: str) -> list[Any] | None:
     """The values of JSON with one on each line; None if that is not what it is."""
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip()[0] in "{[" for line in lines):
         return None
     try:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import io
 import json
 import os
+import re
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -15,6 +17,23 @@ from typing import Any
 import numpy as np
 
 from simrecon.errors import InputError
+
+NAME_MAX_BYTES = 255
+"""Longest name of a file that usual file systems have."""
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def fitted(name: str, ending: str = "", longest: int = NAME_MAX_BYTES) -> str:
+    """A file name with an ending, of at most so many bytes: of a longer one a hash stands for the rest."""
+    room = longest - len(os.fsencode(ending))
+    raw = os.fsencode(name)
+    if len(raw) <= room:
+        return name + ending
+    mark = "-" + hashlib.sha256(raw).hexdigest()[:8]
+    kept = name[:room]
+    while len(os.fsencode(kept)) > room - len(mark):
+        kept = kept[:-1]
+    return kept + mark + ending
 
 
 def cannot_write(target: Path | str, error: OSError) -> InputError:
@@ -45,7 +64,7 @@ def beside(target: Path) -> Iterator[Path]:
     if target.exists() and not target.is_file():
         raise OSError(errno.EINVAL, "not a regular file", str(target))
     mark = f"{os.getpid()}.{threading.get_ident()}"
-    partial = target.with_name(f".{target.name[:100]}.{mark}.partial{target.suffix}")
+    partial = target.with_name(fitted(f".{target.name}", f".{mark}.partial{target.suffix[:20]}"))
     try:
         yield partial
         os.replace(partial, target)
@@ -72,7 +91,7 @@ def write_bytes(target: Path | str, content: bytes, *, durable: bool = False) ->
             stream.flush()
             os.fsync(stream.fileno())
     if durable:
-        _flush_folder(path.parent)
+        flush(path.parent)
 
 
 def write_text(target: Path | str, content: str) -> None:
@@ -86,8 +105,19 @@ def write_json(target: Path | str, content: Any, *, durable: bool = False) -> No
     Raises:
         ValueError: a number is not finite.
     """
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    write_bytes(target, text.encode("utf-8"), durable=durable)
+    write_bytes(target, json_bytes(content, indent=1), durable=durable)
+
+
+def json_bytes(content: Any, indent: int | None = None) -> bytes:
+    r"""Plain data as a line of JSON, or as several with an indent.
+
+    Bytes of a path that are no UTF-8 (`os.fsdecode`) are written as `\udcXX`, and read back so.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    text = json.dumps(content, indent=indent, ensure_ascii=False, allow_nan=False) + "\n"
+    return _SURROGATE.sub(lambda found: f"\\u{ord(found[0]):04x}", text).encode("utf-8")
 
 
 def write_npz(target: Path | str, arrays: Mapping[str, Any]) -> None:
@@ -106,12 +136,20 @@ def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _flush_folder(folder: Path) -> None:
-    """A rename survives a power cut only once the folder itself is on the disk; Windows has no such call."""
-    if os.name == "nt":
+def flush(path: Path) -> None:
+    """Bring a file, or the names in a folder, to the disk, to survive a power cut; not folders on Windows."""
+    if os.name == "nt" and path.is_dir():
         return
-    descriptor = os.open(folder, os.O_RDONLY)
+    descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def flush_all(folder: Path) -> None:
+    """`flush` of the files in a folder, then of the folder."""
+    for path in folder.iterdir():
+        if path.is_file():
+            flush(path)
+    flush(folder)

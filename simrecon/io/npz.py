@@ -12,7 +12,6 @@ import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from simrecon.errors import InputError
 from simrecon.io.arrays import Arrays, listed
 from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.reading import read_bytes
 
 _TOTAL_MAX_BYTES = 2 * MAX_BYTES
 # What numpy and zipfile raise on damaged archives.
@@ -41,7 +41,7 @@ def load(path: str | os.PathLike[str]) -> Arrays:
     """
     source = os.fspath(path)
     try:
-        content = Path(path).read_bytes()
+        content = read_bytes(path)
     except OSError as error:
         raise InputError(
             f"{source}: cannot be read ({error.strerror}); give an existing .npz file"

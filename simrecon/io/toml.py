@@ -9,20 +9,23 @@ from typing import Any
 import tomlkit
 
 from simrecon.errors import InputError
+from simrecon.io import reading
 
 
-def load(path: Path | str, noun: str = "file") -> dict[str, Any]:
+def load(path: Path | str, noun: str = "file", *, any_bytes: bool = False) -> dict[str, Any]:
     """The tables of a TOML file.
 
     Args:
         path: of the file.
         noun: what the file is, for messages.
+        any_bytes: take bytes that are no UTF-8 as `os.fsdecode` does, for files that hold paths.
 
     Raises:
         InputError: it can't be read, or is not TOML.
     """
     try:
-        content = Path(path).read_text(encoding="utf-8")
+        raw = reading.read_bytes(path, reading.TEXT_MAX_BYTES)
+        content = raw.decode("utf-8", "surrogateescape" if any_bytes else "strict")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot read the {noun}: {reason}") from error

@@ -29,7 +29,7 @@ def read(path: Path | str) -> Job:
     Raises:
         InputError: it can't be read, lacks a key, or holds an unknown or impossible one.
     """
-    table = toml.load(path, "job")
+    table = toml.load(path, "job", any_bytes=True)
     where = f"{path}:"
     schema = table.pop("schema", None)
     if schema != SCHEMA:

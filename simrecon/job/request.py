@@ -10,6 +10,7 @@ from typing import Any
 
 from simrecon import plan as plans
 from simrecon.io import provenance
+from simrecon.io.reading import read_text
 from simrecon.job.options import Person, Reading, option
 from simrecon.plan import Plan
 from simrecon.types import Scene, frozen
@@ -142,9 +143,9 @@ def _retargeted(result: Path) -> str:
     """
     content = [provenance.file_digest(path) for name in _TAKEN if (path := result / name).is_file()]
     try:
-        report = json.loads((result / "report.json").read_text(encoding="utf-8"))
+        report = json.loads(read_text(result / "report.json"))
         said = [report["person"]["height_m"], report.get("frames", {}).get("interpolated_frames", [])]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # refused when it is read
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):  # refused later
         said = []
     return provenance.digest_of([content, said])
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 from pathlib import Path
 
+from simrecon.io import atomic
+
 SUFFIX = ".evidence.npz"
 
 
@@ -20,10 +22,9 @@ def place(source: Path, result: Path, *, overwrite: bool) -> Path:
         `OUT.evidence.npz`, or the first free of `OUT.evidence-2.npz`, …
     """
     content = source.read_bytes()
-    plain = result.with_name(result.name + SUFFIX)
-    others = (result.with_name(f"{result.name}.evidence-{i}.npz") for i in itertools.count(2))
+    endings = itertools.chain([SUFFIX], (f".evidence-{i}.npz" for i in itertools.count(2)))
     return next(
         path
-        for path in itertools.chain([plain], others)
+        for path in (result.with_name(atomic.fitted(result.name, ending)) for ending in endings)
         if overwrite or not path.exists() or (path.is_file() and path.read_bytes() == content)
     )

@@ -1,19 +1,15 @@
-"""The result folder (`simrecon.result/1`): which files it holds, and how it appears whole or not at all."""
+"""The result folder (`simrecon.result/1`): which files it holds, and whether one may be written."""
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import json
 import os
-import shutil
 import tempfile
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
-from simrecon.errors import InputError, SimreconError
+from simrecon.errors import InputError
 from simrecon.io.atomic import cannot_write
+from simrecon.io.reading import read_text
 
 SCHEMA = "simrecon.result/1"
 MOTION, MODEL, SCENE, REPORT, JOB = "motion.npz", "model.xml", "scene.toml", "report.json", "job.toml"
@@ -45,86 +41,10 @@ def check_writable(folder: Path | str) -> None:
         parent = target.parent
         while not parent.exists():
             parent = parent.parent
-        os.rmdir(tempfile.mkdtemp(prefix=f".{target.name}.", dir=parent))
+        with tempfile.TemporaryFile(dir=parent):  # which has no name where the system can do that
+            pass
     except OSError as error:
         raise cannot_write(folder, error) from error
-
-
-@dataclass
-class Place:
-    """A folder to write into, and the one that it becomes, which may still be changed meanwhile."""
-
-    partial: Path
-    target: Path
-
-
-@contextlib.contextmanager
-def replacing(folder: Path | str) -> Iterator[Place]:
-    """A folder beside the target to write into, which takes its place when the block ends without an error.
-
-    Raises:
-        InputError: it can't be written.
-        SimreconError: something else went wrong after the motion was there. Either way what can be replayed
-            is kept, and the message says where.
-    """
-    target = Path(folder).resolve()
-    place = Place(target.with_name(f".{target.name}.{os.getpid()}.partial"), target)
-    made = _missing_parents(target)
-    whole = False
-    try:
-        shutil.rmtree(place.partial, ignore_errors=True)
-        place.partial.mkdir(parents=True)
-        yield place
-        whole = True
-        _put_in_place(place.partial, place.target)
-        whole, made = False, []
-    except OSError as error:
-        whole = whole or _is_usable(place.partial)
-        kept = f"; the result is kept in {place.partial}" if whole else ""
-        raise InputError(f"{cannot_write(folder, error)}{kept}") from error
-    except Exception as error:
-        if not (whole := _is_usable(place.partial)):
-            raise
-        reason = str(error) if isinstance(error, SimreconError) else f"{type(error).__name__}: {error}"
-        raise SimreconError(f"{folder}: {reason}; the motion is kept in {place.partial}") from error
-    finally:
-        if not whole:
-            shutil.rmtree(place.partial, ignore_errors=True)
-            for parent in made:
-                with contextlib.suppress(OSError):
-                    parent.rmdir()
-
-
-def _is_usable(partial: Path) -> bool:
-    """Whether all that replays the motion is there: the scene is written after motion and model."""
-    return (partial / SCENE).is_file()
-
-
-def free(target: Path) -> Path:
-    """The first of `OUT-2`, `OUT-3`, … that is not there."""
-    names = (target.with_name(f"{target.name}-{i}") for i in itertools.count(2))
-    return next(path for path in names if not path.exists())
-
-
-def _missing_parents(target: Path) -> list[Path]:
-    """Folders above the target that are not there yet, innermost first."""
-    return [parent for parent in target.parents if not parent.exists()]
-
-
-def _put_in_place(partial: Path, target: Path) -> None:
-    """Rename the finished folder; an earlier result is moved aside first and deleted last."""
-    if not target.exists():
-        partial.rename(target)
-        return
-    earlier = partial.with_suffix(".earlier")
-    target.rename(earlier)
-    try:
-        partial.rename(target)
-    except BaseException:
-        if not target.exists():
-            earlier.rename(target)
-        raise
-    shutil.rmtree(earlier, ignore_errors=True)
 
 
 def _check_replaceable(folder: Path | str, target: Path) -> None:
@@ -133,8 +53,7 @@ def _check_replaceable(folder: Path | str, target: Path) -> None:
         raise InputError(f"{folder}: found a file; valid: a folder for the result")
     if os.path.ismount(target):
         raise InputError(f"{folder}: found a mount point, which cannot be renamed; valid: a folder inside it")
-    inside = sorted(path.name for path in target.iterdir())
-    foreign = [name for name in inside if name not in FILES]
+    inside, foreign = _inside(target)
     if foreign or (inside and REPORT not in inside):
         found = foreign[0] if foreign else f"no {REPORT}"
         raise InputError(
@@ -148,9 +67,26 @@ def _check_replaceable(folder: Path | str, target: Path) -> None:
         )
 
 
+def is_plain(folder: Path) -> bool:
+    """Whether a folder is empty, or holds a result and nothing else."""
+    inside, foreign = _inside(folder)
+    return not foreign and (not inside or (REPORT in inside and _is_result(folder)))
+
+
+def _inside(folder: Path) -> tuple[list[str], list[str]]:
+    """Names in a folder, and those of them that are no file of a result."""
+    entries = sorted(folder.iterdir())
+    foreign = [
+        f"{path.name}/" if path.is_dir() else path.name
+        for path in entries
+        if path.name not in FILES or path.is_dir()
+    ]
+    return [path.name for path in entries], foreign
+
+
 def _is_result(target: Path) -> bool:
     try:
-        report = json.loads((target / REPORT).read_text(encoding="utf-8"))
-    except ValueError:  # not UTF-8, or not JSON
+        report = json.loads(read_text(target / REPORT))
+    except (OSError, ValueError, RecursionError):  # not UTF-8, or not JSON
         return False
     return isinstance(report, dict) and str(report.get("schema", "")).startswith("simrecon.result/")

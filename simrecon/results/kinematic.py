@@ -12,6 +12,7 @@ from simrecon import kinematics
 from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.geometry import rotations
+from simrecon.io.reading import read_bytes
 from simrecon.results import folder as folders
 from simrecon.results import report_file
 from simrecon.results.view import open_result
@@ -41,7 +42,7 @@ def read(folder: Path | str) -> tuple[Evidence, KinematicFit]:
     on_grid, grid = uniform(motion.times_s)
     bare = replace(
         _clock(motion.times_s),
-        sha256=hashlib.sha256((path / folders.MOTION).read_bytes()).hexdigest(),
+        sha256=hashlib.sha256(read_bytes(path / folders.MOTION)).hexdigest(),
         reading=f"kinematic motion of {folder}",
     )
     interpolated = np.zeros(len(on_grid.times_s), dtype=np.bool_)

@@ -12,7 +12,8 @@ from typing import Any, TypeVar, cast
 from simrecon.errors import InputError
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io import tables
-from simrecon.io.tables import number, text
+from simrecon.io.reading import read_text
+from simrecon.io.tables import number
 from simrecon.results.folder import REPORT
 from simrecon.types import Report
 
@@ -21,7 +22,7 @@ from simrecon.types import Report
 class Source:
     """`input`: the file that was read."""
 
-    name: str = text()
+    name: str = tables.option()
     sha256: str = tables.option("")
 
 
@@ -53,7 +54,7 @@ def read(folder: Path | str) -> Report:
     """
     path = Path(folder) / REPORT
     try:
-        report = json.loads(path.read_text(encoding="utf-8"))
+        report = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: cannot be read ({error}); valid: the report of a result folder") from error
     if not isinstance(report, dict):

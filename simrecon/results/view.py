@@ -15,6 +15,7 @@ from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
+from simrecon.io.reading import read_text
 from simrecon.job import Job
 from simrecon.plan import Plan
 from simrecon.results import folder as folders
@@ -81,7 +82,7 @@ class Result:
         """The person, read back from the model; the shape parameters are those of the report."""
         path = self.folder / folders.MODEL
         try:
-            text = path.read_text(encoding="utf-8")
+            text = read_text(path)
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: cannot be read ({error}); valid: a result's model") from error
         person = report_file.person(self.report, self.folder / folders.REPORT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import time
 from dataclasses import replace
@@ -16,7 +17,7 @@ from simrecon.io import atomic
 from simrecon.job import Job, request
 from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
-from simrecon.results import beside, motion_file, report, report_file, verdict
+from simrecon.results import beside, motion_file, placing, report, report_file, verdict
 from simrecon.results import folder as folders
 from simrecon.results.view import Result, open_result
 from simrecon.softfloor import Calibration
@@ -53,7 +54,7 @@ def write(
         InputError: the folder can't be written (see `folder.check_writable`).
     """
     folders.check_writable(job.output)
-    with folders.replacing(job.output) as place:
+    with placing.replacing(job.output) as place:
         partial = place.partial
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")
@@ -61,7 +62,7 @@ def write(
         content = report.make(job, run, run.seconds, calibration)
         if not overwrite and _is_worse(content, place.target):
             content["better"] = str(place.target)
-            place.target = folders.free(place.target)
+            place.target = placing.free(place.target)
         job = _settled(job, place, landmarks, overwrite=overwrite)
         content["input"]["name"], content["overlay"] = report.source_of(job), NOT_DRAWN
         content["landmarks"] = None
@@ -70,13 +71,16 @@ def write(
             job = replace(request.taken_anew(job, ("detected",)), detected=None)
             content["landmarks"], content["input"]["name"] = lost, report.source_of(job)
             _describe(partial, job, content)
+    if place.kept is not None:
+        content["earlier"] = str(place.kept)
     _add_overlay(place.target, job, run, content)
     return open_result(Path(job.output) if place.target == Path(job.output).resolve() else place.target)
 
 
 def _describe(partial: Path, job: Job, content: Report) -> None:
     """Write the job and the report."""
-    (partial / folders.JOB).write_text(jobs.dumps(jobs.absolute(job)), encoding="utf-8")
+    text = jobs.dumps(jobs.absolute(job))
+    (partial / folders.JOB).write_bytes(text.encode("utf-8", "surrogateescape"))  # paths may be any bytes
     atomic.write_json(partial / folders.REPORT, content)
 
 
@@ -100,7 +104,7 @@ def _add_overlay(folder: Path, job: Job, run: Reconstruction, content: Report) -
         raise KeyboardInterrupt(f"{job.output} is whole but for its picture") from error
     content["overlay"] = missing
     content["totals"] = report.totals(run, {**run.seconds, "overlay": time.perf_counter() - began})
-    atomic.write_json(folder / folders.REPORT, content)
+    atomic.write_json(folder / folders.REPORT, content, durable=True)
 
 
 def _draw(folder: Path, job: Job, run: Reconstruction) -> str | None:
@@ -109,7 +113,8 @@ def _draw(folder: Path, job: Job, run: Reconstruction) -> str | None:
         overlay.write(folder, animation(run), background(job), job.reading.rotate or 0)
     except BaseException as error:
         for name in folders.OVERLAYS:
-            (folder / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                (folder / name).unlink()
         if not isinstance(error, Exception):
             raise
         return " ".join(f"{error}".split()) or type(error).__name__
@@ -126,7 +131,7 @@ def _is_worse(content: Report, target: Path) -> bool:
         return False
 
 
-def _settled(job: Job, place: folders.Place, landmarks: Path | None, *, overwrite: bool) -> Job:
+def _settled(job: Job, place: placing.Place, landmarks: Path | None, *, overwrite: bool) -> Job:
     """The job with the files that are kept for it, in the result and beside it."""
     if job.start is not None:
         shutil.copyfile(job.start, place.partial / folders.START)

@@ -12,6 +12,7 @@ import tomlkit
 from simrecon.errors import InputError
 from simrecon.io import atomic, tables
 from simrecon.io.messages import hint
+from simrecon.io.reading import read_bytes
 from simrecon.scene import files, schema
 from simrecon.types import Scene, SceneItem
 
@@ -45,7 +46,7 @@ class Edited:
             InputError: it can't be read, or is not valid.
         """
         files.read(path)
-        return cls(Path(path).read_bytes().decode("utf-8"), path)
+        return cls(read_bytes(path).decode("utf-8"), path)
 
     @property
     def names(self) -> list[str]:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
 
 from simrecon.errors import InputError
+from simrecon.io.reading import read_text
+
+_OTHER_FILE = re.compile(r"<include\b[^>]*|\b(?:file|\w+dir|plugin)\s*=\s*[\"'][^\"']*")
+"""What in a model asks MuJoCo for a file, or for a library that it would load."""
 
 
 def compile_text(mjcf: str) -> mujoco.MjModel:
@@ -15,12 +20,15 @@ def compile_text(mjcf: str) -> mujoco.MjModel:
 
 
 def load(path: Path | str) -> mujoco.MjModel:
-    """Read a model file.
+    """Read a model file that needs no other file.
 
     Raises:
-        InputError: it can't be loaded.
+        InputError: it can't be loaded, or names another file.
     """
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
+        text = read_text(path)
+        if (named := _OTHER_FILE.search(text)) is not None:
+            raise ValueError(f"it names another file: {named[0][:80]}")
+        return compile_text(text)
+    except (OSError, ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error

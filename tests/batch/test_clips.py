@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from simrecon import resources
-from simrecon.batch import clips, survey
+from simrecon.batch import clips, files, survey
 from simrecon.errors import InputError
 from simrecon.job import Job, Reading, inputs
 from simrecon.types import Ground, Scene
@@ -212,3 +213,18 @@ def test_keys_of_parts_are_suggested(tmp_path: Path, key: str, near: str) -> Non
     (tmp_path / "parts.csv").write_text(f"input,{key}\nclip.npz,2\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"unknown key {key!r}, did you mean {near!r}"):
         clips.collect([str(tmp_path / "parts.csv")])
+
+
+def test_long_names_are_cut_by_bytes_and_stay_different(tmp_path: Path) -> None:
+    for name in ("動" * 80 + "a", "動" * 80 + "b"):
+        touch(tmp_path, f"{name}.npz")
+    names = [clip.name for clip in clips.collect([str(tmp_path)])]
+    assert len(set(names)) == 2
+    assert all(len(os.fsencode(name)) <= files.NAME_MAX_BYTES for name in names)
+
+
+def test_a_name_that_is_no_text_is_a_clip(tmp_path: Path) -> None:
+    (tmp_path / os.fsdecode(b"caf\xe9.npz")).touch()
+    (clip,) = clips.collect([str(tmp_path)])
+    assert clip.name == "caf"
+    assert os.fsencode(clip.input).endswith(b"caf\xe9.npz")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -129,3 +130,29 @@ def test_the_forecast_shares_clips_out() -> None:
     found = forecast.cost([row, row])
     assert found.seconds(10.0, windows=6) == pytest.approx(10 + 4 + 10)
     assert found.size_bytes(10.0) == pytest.approx(1050)
+
+
+def test_any_name_and_any_letter_is_an_event_of_one_line(tmp_path: Path) -> None:
+    book = Journal(tmp_path / "batch.jsonl")
+    names = ["a\u2028b\x85c", os.fsdecode(b"caf\xe9"), "\x1b]0;x\x07"]
+    for name in names:
+        book.append("clip", clip="a", input=name)
+    book.close()
+    assert [event["input"] for event in journal.read_events(tmp_path / "batch.jsonl")] == names
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[]", "3", "null", '{"event": 1, "time": 1}', '{"event": "begin"}', "[" * 9999, "NaN",
+        '{"event": "clip", "time": 1, "clip": ["a"]}', '{"event": "window", "time": 1, "loss": "x"}',
+        '{"event": "window", "time": 1, "loss": 1e400}', '{"event": "end", "time": 1' + "0" * 400 + "}",
+    ],
+)  # fmt: skip
+def test_a_line_of_another_form_is_passed_over(tmp_path: Path, line: str) -> None:
+    places = Places(tmp_path)
+    write(places, *NIGHT)
+    with places.events.open("a", encoding="utf-8") as stream:
+        stream.write(line + "\n")
+    assert len(journal.read_events(places.events)) == len(NIGHT)
+    assert len(status.text(status.read(places), "out").splitlines()) > 2

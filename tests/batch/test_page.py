@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -100,3 +101,11 @@ def test_a_browser_sorts_it(places: Places, chromium: list[str], wanted: str, or
     titles = re.findall(r'title="/in/(.*?)\.npz"', shown.stdout)
     assert [title.replace("&lt;", "<").replace("&gt;", ">") for title in titles] == order
     assert ("aria-sort" in shown.stdout.split("</thead>")[0].split("<thead>")[1]) == bool(wanted)
+
+
+def test_a_name_that_is_no_text_and_control_characters_are_escaped(places: Places) -> None:
+    book = Journal(places.events)
+    book.append("clip", clip="odd", state="waiting", input=os.fsdecode(b"/in/caf\xe9\x1b[2J<b>.npz"))
+    book.close()
+    text = page.write(places).read_text(encoding="utf-8")
+    assert r"/in/caf\udce9\x1b[2J&lt;b&gt;.npz" in text

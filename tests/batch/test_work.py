@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 
 from simrecon import evidence, pipeline, resources, results
 from simrecon import plan as plans
-from simrecon.batch import failures, journal, survey, work
+from simrecon.batch import ahead, failures, journal, records, survey, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.batch.work import Assignment
@@ -22,6 +23,7 @@ from simrecon.errors import InputError
 from simrecon.evidence.video import weights
 from simrecon.io.provenance import code_digest
 from simrecon.job import Job
+from simrecon.results import placing
 from simrecon.types import Scene
 
 
@@ -89,14 +91,83 @@ def test_it_ends_when_another_batch_has_taken_the_folder(job: Assignment) -> Non
 
 def test_what_a_killed_worker_left_half_done_is_removed(job: Assignment) -> None:
     root = Path(job.root)
-    debris = [root / ".one.77.partial", root / ".one.77.earlier", root / ".batch/checkpoints/one/old"]
-    others = [root / ".one.b.77.partial", root / ".one_b.77.partial"]
+    debris = [root / ".one.77.partial", root / ".one.78-1.partial", root / ".batch/checkpoints/one/old"]
+    foreign = [
+        ".one.b.77.partial",
+        ".one_b.77.partial",
+        ".one.79.partial",
+        ".one.80.earlier",
+        ".one.original",
+    ]
+    others = [root / name for name in foreign]
     for path in (*debris, *others):
         path.mkdir(parents=True)
         (path / "file").touch()
+    for path in debris:
+        (path / placing.MARK).touch()
     assert "figures" in work.solve(job, threads=1)
     assert not any(path.exists() for path in debris)
-    assert all(path.exists() for path in others)
+    assert all((path / "file").is_file() for path in others)
+
+
+def test_a_worker_killed_between_two_renames_loses_no_result(job: Assignment) -> None:
+    assert "figures" in work.solve(job, threads=1)
+    root, places = Path(job.root), Places(Path(job.root))
+    before = (root / "one" / "motion.npz").read_bytes()
+    (root / "one").rename(root / ".one.77.earlier")
+    work._tidy(places, job)
+    assert (root / "one" / "motion.npz").read_bytes() == before
+    shutil.copytree(root / "one", root / ".one.78.earlier")
+    work._tidy(places, job)
+    assert not (root / ".one.78.earlier").exists()
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:1000])
+
+
+def flip(path: Path) -> None:
+    raw = bytearray(path.read_bytes())
+    raw[len(raw) // 2] ^= 1
+    path.write_bytes(raw)
+
+
+@pytest.mark.parametrize("name", ["motion.npz", "model.xml", "report.json"])
+def test_a_damaged_result_is_not_done(job: Assignment, undisturbed: bytes, name: str) -> None:
+    assert "figures" in work.solve(job, threads=1)
+    places, facts = Places(Path(job.root)), {"name": "one", "key": job.key}
+    file = places.result("one") / name
+    assert ahead.is_done(places, facts, hashes=True)
+    flip(file)
+    assert ahead.is_done(places, facts)
+    assert not ahead.is_done(places, facts, hashes=True)
+    cut(file)
+    assert not ahead.is_done(places, facts)
+    assert "figures" in work.solve(job, threads=1)
+    assert ahead.is_done(places, facts, hashes=True)
+    assert (places.result("one") / "motion.npz").read_bytes() == undisturbed
+    assert (places.inner / "earlier" / "one" / name).stat().st_size <= 1000  # what was there is kept
+
+
+@pytest.mark.parametrize(
+    "said", ["", "[]", '{"key": 1}', "[" * 9999, '{"figures": {"verdict": 5}, "key": "x", "files": {}}']
+)
+def test_a_record_of_another_form_is_none(tmp_path: Path, said: str) -> None:
+    places = Places(tmp_path)
+    places.record("one").parent.mkdir(parents=True)
+    places.record("one").write_text(said, encoding="utf-8")
+    assert records.read(places, "one") is None
+    assert records.damage(places, "one") == "its record is damaged"
+
+
+def test_what_was_moved_aside_stays(tmp_path: Path) -> None:
+    places = Places(tmp_path)
+    for text in "ab":
+        places.result("one").mkdir()
+        (places.result("one") / "file").write_text(text, encoding="utf-8")
+        failures.set_aside(places, "one")
+    kept = sorted((places.inner / "earlier").glob("*/file"))
+    assert [path.read_text(encoding="utf-8") for path in kept] == ["a", "b"]
 
 
 def test_another_version_refuses(job: Assignment) -> None:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence import ranges
 from simrecon.types import Array
 
 
@@ -35,6 +36,14 @@ class Calibration:
 
 def rigid(path: Path, key: str, rotation: Array, translation: Array) -> Array:
     """The transform (4, 4) of a rotation vector (3,) or matrix (3, 3) and a translation (3,), checked."""
+    if rotation.size not in (3, 9) or translation.size != 3:
+        found = f"{rotation.size} and {translation.size} numbers"
+        raise InputError(f"{path}: {key}: found {found}; valid: a rotation of 3 or 9, a translation of 3")
+    if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
+        raise InputError(f"{path}: {key}: found numbers that are not finite; valid: finite ones")
+    if np.abs(translation).max() > ranges.POSITION_MAX_M:
+        found = f"a translation of {np.abs(translation).max():g}"
+        raise InputError(f"{path}: {key}: {found}; valid: at most {ranges.POSITION_MAX_M:g} m")
     pose = np.eye(4)
     pose[:3, :3] = cv2.Rodrigues(rotation.reshape(3, 1))[0] if rotation.size == 3 else rotation.reshape(3, 3)
     pose[:3, 3] = translation.reshape(3)
@@ -46,9 +55,27 @@ def rigid(path: Path, key: str, rotation: Array, translation: Array) -> Array:
     return pose
 
 
+def size(path: Path, key: str, values: Array | None) -> tuple[int, int] | None:
+    """Width and height of the images, checked; None of None."""
+    if values is None:
+        return None
+    low, high = ranges.SIDE_PX
+    flat = np.asarray(values, float).ravel()
+    if flat.size != 2 or not ((flat >= low) & (flat <= high)).all():
+        found = flat.tolist() if flat.size < 10 else f"{flat.size} numbers"
+        raise InputError(f"{path}: {key}: found {found}; valid: width and height from {low} to {high} px")
+    return int(flat[0]), int(flat[1])
+
+
 def matrix(path: Path, key: str, values: Array) -> Array:
     """K (3, 3), checked: a pinhole without skew."""
-    if values.shape != (3, 3) or values[0, 0] <= 0 or values[1, 1] <= 0 or abs(values[2, 2] - 1) > 1e-6:
+    if (
+        values.shape != (3, 3)
+        or not np.isfinite(values).all()
+        or values[0, 0] <= 0
+        or values[1, 1] <= 0
+        or abs(values[2, 2] - 1) > 1e-6
+    ):
         shown = values.tolist() if values.size < 10 else f"shape {values.shape}"
         raise InputError(
             f"{path}: {key}: found {shown}; valid: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels"
@@ -63,6 +90,8 @@ def matrix(path: Path, key: str, values: Array) -> Array:
 def distortion(path: Path, key: str, values: Array) -> Array:
     """The first five of OpenCV's coefficients, checked: 4 or 5 of them, or none."""
     flat = values.ravel()
+    if not (np.abs(flat) <= ranges.DISTORTION_MAX).all():
+        raise InputError(f"{path}: {key}: found {flat.tolist()}; valid: at most {ranges.DISTORTION_MAX:g}")
     if flat.size > 5 and np.any(flat[5:]):
         raise InputError(
             f"{path}: {key}: found {flat.size} coefficients; valid: k1 k2 p1 p2 k3, further ones 0"

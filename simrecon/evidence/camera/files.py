@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence import ranges
 from simrecon.evidence.axes import AXES, to_z_up, vector
 from simrecon.evidence.camera import storage, tables
 from simrecon.evidence.camera.calibration import Calibration
 from simrecon.geometry import camera as cameras
+from simrecon.io.reading import TEXT_MAX_BYTES, read_bytes
 from simrecon.types import Array, Camera, Lens
 
 ASPECT_ERROR_MAX = 0.005
@@ -46,7 +48,7 @@ def read(
     """
     path = Path(path)
     try:
-        raw = path.read_bytes()
+        raw = read_bytes(path, TEXT_MAX_BYTES)
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); give an existing camera file"
@@ -54,9 +56,20 @@ def read(
     listed = storage.read(path, raw) if storage.matches(raw) else tables.read(path, raw)
     chosen, how = _choose(path, listed, name, hint)
     lens, scaled = _to_size(path, chosen, size_px)
+    _check_lens(path, lens)
     pose, stands = _pose(path, chosen, up)
     text = f"{path.name}{how}, focal length {cameras.focal_px(lens):.0f} px{scaled}, {stands}"
     return (Camera(lens) if pose is None else cameras.still(lens, pose)), text
+
+
+def _check_lens(path: Path, lens: Lens) -> None:
+    """Compare the focal lengths with the image: K may be of another size, or in another unit."""
+    side = max(lens.image_size_px)
+    low, high = (factor * side for factor in ranges.FOCAL_SIDES)
+    focal = lens.matrix_px[[0, 1], [0, 1]]
+    if (focal < low).any() or (focal > high).any():
+        found = f"focal lengths of {focal[0]:g} and {focal[1]:g} px for images of {side} px"
+        raise InputError(f"{path}: camera matrix: found {found}; valid: {low:g} to {high:g} px")
 
 
 def _choose(path: Path, listed: list[Calibration], name: str | None, hint: str) -> tuple[Calibration, str]:

@@ -3,32 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.evidence.camera import calibration
 from simrecon.evidence.camera.calibration import Calibration
-from simrecon.types import Array
-
-KEYS = {
-    "matrix": ("camera_matrix", "cameraMatrix", "Camera_Matrix", "K", "intrinsics", "M1"),
-    "distortion": (
-        "distortion_coefficients",
-        "Distortion_Coefficients",
-        "dist_coeffs",
-        "distCoeffs",
-        "D",
-        "D1",
-    ),
-    "width": ("image_width", "image_Width"),
-    "height": ("image_height", "image_Height"),
-    "size": ("image_size", "imageSize"),
-    "rotation": ("rvec", "R"),
-    "translation": ("tvec", "T"),
-}
+from simrecon.io import foreign
+from simrecon.io.foreign.storage import KEYS
 
 
 def matches(raw: bytes) -> bool:
@@ -47,17 +29,10 @@ def read(path: Path, raw: bytes) -> list[Calibration]:
     Raises:
         InputError: a damaged file, or one without a camera matrix.
     """
-    text = raw.decode("utf-8", "replace")
-    if not text.lstrip().startswith(("%YAML", "<", "{")):
-        text = f"%YAML:1.0\n---\n{text}"
     try:
-        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-        root = storage.root()
-        keys = {k: values for k, names in KEYS.items() if (values := _node(root, names)) is not None}
-        storage.release()
-    except (cv2.error, SystemError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path}: found a damaged OpenCV file ({reason}); valid: a whole one") from error
+        keys = foreign.parse("storage", raw)
+    except foreign.DamageError as error:
+        raise InputError(f"{path}: found a damaged OpenCV file ({error}); valid: a whole one") from error
     if "matrix" not in keys:
         raise InputError(f"{path}: camera matrix: found none; valid: a key of {', '.join(KEYS['matrix'])}")
     matrix = keys["matrix"].reshape(3, 3) if keys["matrix"].size == 9 else keys["matrix"]
@@ -68,22 +43,7 @@ def read(path: Path, raw: bytes) -> list[Calibration]:
     pose = None
     if "rotation" in keys and "translation" in keys:
         pose = calibration.rigid(path, "rvec", keys["rotation"], keys["translation"])
-    shape = None if size is None or size.size != 2 else (int(size[0]), int(size[1]))
+    shape = calibration.size(path, "image_size", size)
     return [
         Calibration(path.stem, calibration.matrix(path, "camera_matrix", matrix), distortion, shape, pose)
     ]
-
-
-def _node(root: Any, names: tuple[str, ...]) -> Array | None:
-    for name in names:
-        node = root.getNode(name)
-        if node.empty() or node.isNone():
-            continue
-        if node.isMap():
-            if not node.getNode("dt").empty():
-                return np.asarray(node.mat(), float)
-            node = node.getNode("data")  # as ROS writes it: rows, cols, data
-        if node.isSeq():
-            return np.array([node.at(i).real() for i in range(node.size())])
-        return np.array([node.real()])
-    return None

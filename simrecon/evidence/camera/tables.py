@@ -58,7 +58,7 @@ def _section(path: Path, key: str, one: Mapping[str, Any]) -> Calibration:
             arrays.fail(f"{key}.rotation", f"shape {rotation.shape}", "(3,) or (3, 3), with translation (3,)")
         pose = calibration.rigid(path, f"{key}.rotation", rotation, arrays.finite(f"{key}.translation", (3,)))
     name = one.get("name", key)
-    size_px = None if size is None else (int(size[0]), int(size[1]))
+    size_px = calibration.size(path, f"{key}.size", size)
     return Calibration(str(name), matrix, distortion, size_px, pose)
 
 
@@ -71,7 +71,10 @@ def _own(path: Path, tree: Mapping[str, Any]) -> Calibration:
     if "matrix_px" in arrays:
         matrix = arrays.finite("matrix_px", (3, 3))
     else:
-        focal = np.broadcast_to(arrays.finite("focal_px", arrays.array("focal_px").shape), (2,))
+        given = arrays.array("focal_px")
+        if given.shape not in ((), (1,), (2,)):
+            arrays.fail("focal_px", f"shape {given.shape}", "one focal length, or two")
+        focal = np.broadcast_to(arrays.finite("focal_px", given.shape), (2,))
         centre = arrays.finite("centre_px", (2,)) if "centre_px" in arrays else (size - 1) / 2
         matrix = np.array([[focal[0], 0, centre[0]], [0, focal[1], centre[1]], [0, 0, 1.0]])
     key = "matrix_px" if "matrix_px" in arrays else "focal_px"
@@ -82,4 +85,6 @@ def _own(path: Path, tree: Mapping[str, Any]) -> Calibration:
         pose = calibration.rigid(path, "world_to_camera", whole[:3, :3], whole[:3, 3])
     matrix = calibration.matrix(path, key, matrix)
     distortion = calibration.distortion(path, "distortion", distortion)
-    return Calibration(path.stem, matrix, distortion, (int(size[0]), int(size[1])), pose, z_up=True)
+    return Calibration(
+        path.stem, matrix, distortion, calibration.size(path, "image_size_px", size), pose, z_up=True
+    )

@@ -15,6 +15,7 @@ from simrecon.evidence.video.blazepose import COUNT
 from simrecon.io import atomic
 from simrecon.io.arrays import Arrays
 from simrecon.io.npz import parse_npz
+from simrecon.io.reading import read_bytes
 from simrecon.types import Array, IntArray
 
 SCHEMA = "simrecon.detection/1"
@@ -69,7 +70,7 @@ def save(path: Path, detection: Detection) -> None:
 def load(path: Path) -> Detection | None:
     """A detection out of the cache; None where there is none, or a damaged one."""
     try:
-        arrays = parse_npz(str(path), path.read_bytes())
+        arrays = parse_npz(str(path), read_bytes(path))
         return _parse(arrays)
     except (OSError, InputError):
         return None

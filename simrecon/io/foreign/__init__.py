@@ -1,0 +1,120 @@
+"""Parsers of other projects, run apart: in a process of their own, with limits of memory and time.
+
+They are libraries in C++ that a damaged file may crash, hang or fill with memory. The process reads one
+file, a copy in an empty folder, may write no other, and answers with plain arrays; whatever becomes of it,
+the reader has one line to say.
+
+storage      OpenCV's FileStorage: YAML, XML, JSON
+__main__     the process
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simrecon.io.limits import MAX_BYTES
+
+PARSERS = ("storage",)
+MEMORY_BYTES, MEMORY_PER_BYTE = 512 << 20, 24
+"""That the process may take, and more for each byte of the file."""
+SECONDS, SECONDS_PER_BYTE = 4.0, 5e-7
+"""Of a processor, and more for each byte of the file."""
+WAIT = 6.0
+"""How much longer the process may take where others are at work."""
+REFUSED = 3
+"""Exit status of a process that says why."""
+
+
+class DamageError(Exception):
+    """A file that its parser can't read; the message says why."""
+
+
+def parse(parser: str, content: bytes) -> dict[str, NDArray[Any]]:
+    """What a parser makes of a file.
+
+    Args:
+        parser: one of `PARSERS`.
+        content: of the file.
+
+    Returns:
+        Arrays of numbers and text by name, as its module says.
+
+    Raises:
+        DamageError: the file is damaged, or takes more memory or time than it may for its size.
+    """
+    if parser not in PARSERS:
+        raise ValueError(f"parser: found {parser!r}; valid: {', '.join(PARSERS)}")
+    memory = MEMORY_BYTES + MEMORY_PER_BYTE * len(content)
+    seconds = SECONDS + SECONDS_PER_BYTE * len(content)
+    with tempfile.TemporaryDirectory(prefix="simrecon-") as folder:
+        file = Path(folder) / "file"
+        file.write_bytes(content)
+        command = [sys.executable, "-P", "-m", __name__, parser, str(file), str(memory), f"{seconds:.0f}"]
+        try:
+            done = subprocess.run(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=_environment(),
+                cwd=folder,
+                timeout=WAIT * seconds,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise DamageError(f"it takes more than {WAIT * seconds:.0f} s to read") from error
+    return _answer(done.returncode, done.stdout)
+
+
+def _environment() -> dict[str, str]:
+    """Ours, with the places where Python finds its modules now, and one thread of linear algebra."""
+    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
+    return os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def _answer(status: int, output: bytes) -> dict[str, NDArray[Any]]:
+    if status == REFUSED:
+        raise DamageError(" ".join(output.decode("utf-8", "replace").split())[:300])
+    if status != 0 or len(output) > MAX_BYTES:
+        raise DamageError("its parser failed on it, or took more memory or time than it may")
+    try:
+        return _unpacked(output)
+    except (ValueError, KeyError, TypeError, EOFError) as error:
+        raise DamageError("its parser failed on it") from error
+
+
+def packed(arrays: dict[str, NDArray[Any]]) -> bytes:
+    """Arrays of numbers and text as bytes: a line of JSON that describes them, and their content."""
+    plain = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    about = {name: [array.dtype.str, array.shape] for name, array in plain.items()}
+    stream = io.BytesIO()
+    stream.write(json.dumps(about).encode() + b"\n")
+    for array in plain.values():
+        stream.write(array.tobytes())
+    return stream.getvalue()
+
+
+def _unpacked(output: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of `packed`, of bytes that may be anything."""
+    line, _, rest = output.partition(b"\n")
+    arrays: dict[str, NDArray[Any]] = {}
+    at = 0
+    for name, (kind, shape) in json.loads(line).items():
+        dtype = np.dtype(str(kind))
+        if dtype.kind not in "fiuU" or not all(type(size) is int and size >= 0 for size in shape):
+            raise ValueError("no plain array")
+        count = int(np.prod(shape, dtype=object))
+        size = count * dtype.itemsize
+        arrays[name] = np.frombuffer(rest, dtype, count if size else 0, at).reshape(shape)
+        at += size
+    return arrays

@@ -1,0 +1,62 @@
+"""Only regular files are read, and none that is too large."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simrecon import evidence, job, plan, results, scene
+from simrecon.batch import manifest
+from simrecon.body import model_file
+from simrecon.errors import InputError
+from simrecon.evidence.camera import files as cameras
+from simrecon.io import npz, reading, toml
+from simrecon.sim import models
+
+READERS: dict[str, Callable[[Path], Any]] = {
+    "evidence": evidence.read,
+    "npz": npz.load,
+    "toml": toml.load,
+    "scene": scene.read,
+    "plan": plan.read,
+    "job": job.read,
+    "camera": cameras.read,
+    "body model": model_file.read,
+    "model": models.load,
+    "csv manifest": manifest.read,
+    "motion": results.read_motion,
+    "report": lambda path: results.read_report(path.parent),
+}
+SUFFIX = {"body model": ".npz", "csv manifest": ".csv", "report": ".json"}
+
+
+def test_a_file_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\xc3\xbc\r\n")
+    assert reading.read_bytes(tmp_path / "a") == b"\xc3\xbc\r\n"
+    assert reading.read_text(tmp_path / "a") == "ü\n"
+    with pytest.raises(OSError, match="it has 4 bytes, more than 3 bytes"):
+        reading.read_bytes(tmp_path / "a", 3)
+    with pytest.raises(IsADirectoryError):
+        reading.read_bytes(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+@pytest.mark.parametrize("reader", READERS)
+def test_a_pipe_is_refused_at_once(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / f"report{SUFFIX.get(reader, '')}"
+    os.mkfifo(path)
+    with pytest.raises(InputError) as caught:
+        READERS[reader](path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("reader", ["scene", "plan", "job", "camera"])
+def test_deep_toml_is_a_line(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "deep.toml"
+    path.write_text("a = " + "[" * 5000 + "]" * 5000, encoding="utf-8")
+    with pytest.raises(InputError, match=r"deep|recursion"):
+        READERS[reader](path)
