@@ -11,20 +11,18 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan, scene
-from simrecon.batch import ahead, clips, manifest, page, records, runner, status
+from simrecon.batch import ahead, clips, manifest, runner
 from simrecon.batch.ahead import Settings
-from simrecon.batch.journal import Places, cannot_write
 from simrecon.batch.ledger import Outcome
-from simrecon.cli import arguments, options
+from simrecon.cli import arguments, batch_words, options
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import InputError, printable
-from simrecon.io.messages import counted
 from simrecon.system import processor
 from simrecon.system.memory import total_bytes
 from simrecon.system.progress import Progress, duration
 
-EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+EXIT_INTERRUPTED = 130
 GIB = 2**30
 
 
@@ -34,7 +32,7 @@ def add(commands: Any) -> None:
     batch.epilog = (
         "simrecon batch status OUT shows how it stands, simrecon batch report OUT writes index.html."
     )
-    _add_words(batch)
+    batch_words.add(batch)
     add_one = batch.add_argument
     add_one("inputs", metavar="INPUT", nargs="+", help="files, folders, globs, manifests (.toml, .csv)")
     add_one("-o", dest="output", metavar="OUT", help="folder for the results")
@@ -71,15 +69,6 @@ def add(commands: Any) -> None:
     add_one("--dry-run", action="store_true", help="only print what there is to do, and what it will cost")
     add_one("--json", action="store_true", help="with --dry-run: print JSON")
     options.add(batch)
-
-
-def _add_words(batch: arguments.Parser) -> None:
-    state = batch.word("status", _status, "show how a batch stands")
-    state.add_argument("--json", action="store_true", help="print JSON")
-    report = batch.word("report", _report, "write index.html of a batch again")
-    verify = batch.word("verify", _verify, "compare the results of a batch with what was written")
-    for parser in (state, report, verify):
-        parser.add_argument("folder", metavar="OUT", help="folder of a batch")
 
 
 def _batch(parsed: argparse.Namespace) -> int:
@@ -206,31 +195,6 @@ def _megabytes(forecast: dict[str, Any]) -> tuple[str, str]:
     """What the results will need, and what is free."""
     needed, free = (f"{forecast[key] / 1e6:.1f} MB" for key in ("size_bytes", "free_bytes"))
     return needed, free
-
-
-def _status(parsed: argparse.Namespace) -> int:
-    state = status.read(Places(Path(parsed.folder)))
-    print(json.dumps(status.table(state), indent=1) if parsed.json else status.text(state, parsed.folder))
-    return 0
-
-
-def _verify(parsed: argparse.Namespace) -> int:
-    found = records.verify(Places(Path(parsed.folder)))
-    damaged = {name: words for name, words in found.items() if words}
-    for name, words in damaged.items():
-        print(f"damaged   {printable(name)}: {words}")
-    advice = "; the same `simrecon batch` with --verify makes them anew" if damaged else ""
-    print(f"{len(found) - len(damaged)} of {counted(len(found), 'result')} as written{advice}")
-    return EXIT_FAILED if damaged else 0
-
-
-def _report(parsed: argparse.Namespace) -> int:
-    places = Places(Path(parsed.folder))
-    try:
-        print(page.write(places))
-    except OSError as error:
-        raise cannot_write(places.page, error) from error
-    return 0
 
 
 class _Shown:
