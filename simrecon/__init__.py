@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from simrecon.contact.wishes import read as read_contacts
     from simrecon.evidence import from_arrays as evidence_from_arrays
     from simrecon.evidence import read as read_evidence
     from simrecon.evidence import write as write_evidence
@@ -46,6 +47,7 @@ __all__ = [
     "evidence_from_arrays",
     "export",
     "open_result",
+    "read_contacts",
     "read_evidence",
     "read_plan",
     "read_scene",
@@ -70,6 +72,7 @@ _PLACES = {
     "evidence_from_arrays": "evidence:from_arrays",
     "export": "exports",
     "open_result": "results",
+    "read_contacts": "contact.wishes:read",
     "read_evidence": "evidence:read",
     "read_plan": "plan:read",
     "read_scene": "scene:read",

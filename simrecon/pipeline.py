@@ -25,7 +25,7 @@ from simrecon.plan import Plan
 from simrecon.replay import Audit
 from simrecon.scene import check
 from simrecon.sim.rollout import Threads
-from simrecon.types import Evidence, KinematicFit, Motion, Reference, Scene, WindowResult
+from simrecon.types import ContactWish, Evidence, KinematicFit, Motion, Reference, Scene, WindowResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class Setup:
         seed: of all random numbers; the result depends on nothing else, not even on `threads`.
         threads: of the simulator, 0 for one per core; a function is called before each generation.
         shape: of the body, as far as it is known; None: the proportions of the average.
+        contacts: what a user wishes of them.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
         fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
         observer: is told of the progress, and may stop the run.
@@ -49,6 +50,7 @@ class Setup:
     seed: int = 0
     threads: Threads = 0
     shape: ShapeRequest | None = None
+    contacts: tuple[ContactWish, ...] = ()
     start: Motion | None = None
     fit: KinematicFit | None = None
     observer: Observer = SILENT
@@ -100,7 +102,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     clock = schedule.clock(uniform.times_s, plan.simulation.timestep_max_s)
     warm_start.check_beginning(setup.start, clock.frame_s, uniform.times_s)
     setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
-    fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape)
+    fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape, setup.contacts)
     reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
 

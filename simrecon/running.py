@@ -14,6 +14,7 @@ from simrecon import engines, kinematics, planners, results, softfloor
 from simrecon import evidence as readers
 from simrecon import job as jobs
 from simrecon.body import ShapeRequest, known, mass
+from simrecon.contact import wishes
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
@@ -71,6 +72,7 @@ def run(
             seed=job.seed,
             threads=job.threads if threads is None else threads,
             shape=sources.shape,
+            contacts=job.contacts,
             fit=sources.fit,
             observer=observer,
             checkpoint=checkpoint,
@@ -129,6 +131,11 @@ def _check_files(job: Job) -> None:
 def _check_retargeting(job: Job) -> None:
     if Path(job.input).resolve() == Path(job.output).resolve():
         raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
+    if job.contacts:
+        raise InputError(
+            f"{job.input}: found contacts for a result that is retargeted; "
+            f"valid: rerun it with --contacts, then retarget that"
+        )
     usual = Reading()
     said = [
         option.flag
@@ -153,6 +160,7 @@ def _sources(job: Job, observer: Observer, scratch: Path) -> _Sources:
         landmarks = scratch / "evidence.npz"
         job, seen = _kept(job, seen, landmarks)
     seen = inputs.told(job, seen)
+    wishes.check_times(job.contacts, seen.times_s)
     if shown is not None:
         overlay.check_video(shown, seen, job.reading.rotate or 0)
         if not overlay.is_placed(seen):

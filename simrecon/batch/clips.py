@@ -11,6 +11,7 @@ from typing import Any
 from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon.batch import files, manifest, shared
+from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.evidence import formats
 from simrecon.job import Job, text
@@ -28,7 +29,7 @@ class Clip:
         name: unique; the name of its folder.
         input: absolute path.
         plan: a name or path.
-        scene: absolute path, or None.
+        scene, contacts: absolute paths, or None.
         planner, engine: by name.
         options: of its job (`job.options`), by name; what is not there is as the input says.
     """
@@ -37,6 +38,7 @@ class Clip:
     input: str
     plan: str = "default"
     scene: str | None = None
+    contacts: str | None = None
     planner: str = "none"
     engine: str = "sampling"
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -48,13 +50,14 @@ class Clip:
             output: folder of its result.
 
         Raises:
-            InputError: the plan or the scene can't be read.
+            InputError: the plan, the scene or the contacts can't be read.
         """
         bare = Job(
             self.input,
             str(output),
             plan=plans.read(self.plan),
             scene=Scene() if self.scene is None else scenes.read(self.scene),
+            contacts=() if self.contacts is None else wishes.read(self.contacts),
             planner=self.planner,
             engine=self.engine,
         )
@@ -72,7 +75,7 @@ def collect(
 
     Args:
         inputs: files, folders, globs and manifests (TOML or CSV).
-        defaults: of the clips: plan, scene, planner, engine and options by name.
+        defaults: of the clips: plan, scene, contacts, planner, engine and options by name.
         scene_folder: where `NAME.toml` is the scene of the clip NAME, or None.
         video_folder: where `NAME.mp4`, or another video, is the video of the clip NAME, or None.
 

@@ -40,6 +40,7 @@ class ManifestRow:
     input: str | None = tables.text(None)
     plan: str | None = tables.text(None)
     scene: str | None = tables.text(None)
+    contacts: str | None = tables.text(None)
     planner: str | None = tables.option(None, choices=planners.names)
     engine: str | None = tables.option(None, choices=engines.names)
 
@@ -164,7 +165,7 @@ def _option(where: str, option: Option, value: Any) -> Any:
 
 def _path(where: str, key: str, value: Any, folder: Path) -> Any:
     """A file's path as seen from the manifest's folder; other values as they are."""
-    is_file = key in ("input", "scene") or (key in OPTIONS and OPTIONS[key].rules.get("file"))
+    is_file = key in ("input", "scene", "contacts") or (key in OPTIONS and OPTIONS[key].rules.get("file"))
     if not is_file and key != "plan":
         return value
     inside = folder / Path(value).expanduser()

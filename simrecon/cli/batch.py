@@ -17,6 +17,7 @@ from simrecon.batch.ledger import Outcome
 from simrecon.cli import arguments, batch_words, options
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
+from simrecon.contact import wishes
 from simrecon.errors import InputError, printable
 from simrecon.system import processor
 from simrecon.system.memory import total_bytes
@@ -103,6 +104,9 @@ def _defaults(parsed: argparse.Namespace) -> dict[str, Any]:
     if parsed.scene is not None:
         scene.read(parsed.scene)
         values["scene"] = str(Path(parsed.scene).resolve())
+    if parsed.contacts is not None:
+        wishes.read(parsed.contacts)
+        values["contacts"] = str(Path(parsed.contacts).resolve())
     for name, option in manifest.OPTIONS.items():
         if option.rules.get("file") and name in values:
             values[name] = str(Path(values[name]).resolve())

@@ -14,6 +14,7 @@ COMMANDS = {
     "eval": ("evaluate", "score a result against a reference"),
     "picture": ("picture", "draw frames of a result, with its forces"),
     "scene": ("scene", "make, edit, check and show a scene"),
+    "contacts": ("contacts", "write what touched in a result, as a start for editing"),
     "bench": ("bench", "run a suite of clips and make its tables"),
     "batch": ("batch", "run many clips, one after another or side by side"),
     "models": ("weights", "weights of the pose network, for videos"),

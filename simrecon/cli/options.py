@@ -11,6 +11,7 @@ from typing import Any
 
 from simrecon import engines, plan, planners, scene
 from simrecon.cli.arguments import Parser
+from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.io.messages import hint
 from simrecon.job import Job, Reading, request
@@ -70,6 +71,8 @@ def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
     chosen.words = plan.names()  # for completion
     room = "floor and items (scene.toml) [a floor at z = 0]"
     run.add_argument("--scene", metavar="FILE", help=text("scene", room))
+    asked = "which parts touch when (contacts.toml, see docs/contacts.md) [as found]"
+    run.add_argument("--contacts", metavar="FILE", help=text("contacts", asked))
     reference = "what turns the kinematic fit into the reference [none]"
     run.add_argument("--planner", choices=planners.names(), help=text("planner", reference))
     optimiser = "what optimises the simulation [sampling]"
@@ -117,6 +120,8 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
         changes["plan"] = plan.read(parsed.plan)
     if parsed.scene is not None:
         changes["scene"] = scene.read(parsed.scene)
+    if parsed.contacts is not None:
+        changes["contacts"] = wishes.read(parsed.contacts)
     for name in ("planner", "engine"):
         if getattr(parsed, name) is not None:
             changes[name] = getattr(parsed, name)

@@ -91,6 +91,7 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     if (off := agreement["input_mean_m"]) is not None:
         beside += f", that {1e3 * off:.0f} mm from the input"
     yield "motion", beside
+    yield from _wishes(report)
     loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
     yield "loss", loss
     spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
@@ -98,6 +99,20 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     if exchanged := report["input"]["exchanged"]:
         mixed = (f"{limbs} in {_spans(rows)}" for limbs, rows in exchanged.items())
         yield "sides", f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
+
+
+def _wishes(report: Report) -> Iterator[tuple[str, str]]:
+    """Of each contact that the user asked for: how often it is so, and why not always."""
+    words = {"touch": "touches", "stay": "touches and stays", "free": "touches nothing"}
+    name = "contacts"
+    for wish in report.get("contacts", {}).get("wishes", []):
+        done = wish["simulated_share"]
+        share = "in no simulated frame" if done is None else f"in {100 * done:.0f} %"
+        yield name, f"{wish['part']} {words[wish['kind']]} {share} of {wish['frames']} frames, as asked for"
+        name = ""
+        if wish["cannot_s"]:
+            when = ", ".join(f"{low:.2f} to {high:.2f} s" for low, high in wish["cannot_s"])
+            yield "", f"it cannot touch from {when}: the input has it {wish['apart_m']:.2f} m from everything"
 
 
 def _part(part: Report, count: int) -> str:

@@ -5,6 +5,8 @@ rules        what touches and what rests, by speed, height and force: all such r
 cues         what evidence shows, as labels are made of it
 stillness    the source `rules`: what is still rests
 labels       labels made of what is known of feet and hips
+wishes       `contacts.toml`: what a user wishes of them
+honoured     which wishes hold
 """
 
 from __future__ import annotations

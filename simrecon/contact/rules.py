@@ -9,12 +9,9 @@ leading axes are batches.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simrecon.types import Array
-
-Flags = NDArray[np.bool_]
+from simrecon.types import Array, Flags
 
 # Evidence: points that move less than this are still, smoothed against noise.
 STILL_MPS, STILL_SMOOTH_S = 0.4, 0.04

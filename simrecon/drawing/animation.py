@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.contact import rules
 from simrecon.types import Array, Camera, Motion, Part
 
 
@@ -25,6 +26,7 @@ class Animation:
         scores: (T, J) in [0, 1].
         contact_point_m: (T, C, 3), NaN without contact.
         contact_force_N: (T, C, 3) on the body.
+        contact_body: (C,) primitives that they are on, which are marked while the scene pushes them.
         status: (T,) other than 0 where a frame is not simulated.
         part: which frames of its source, and of a video of it, these are; None: all.
         ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
@@ -38,6 +40,7 @@ class Animation:
     scores: Array | None = None
     contact_point_m: Array | None = None
     contact_force_N: Array | None = None
+    contact_body: tuple[str, ...] = ()
     status: NDArray[np.uint8] | None = None
     part: Part | None = None
     ground_m: Array | None = None
@@ -68,6 +71,14 @@ class Animation:
             scores=scores,
             contact_point_m=motion.contact_point_m,
             contact_force_N=np.where(began[:, None, None], 0.0, motion.contact_force_N),
+            contact_body=motion.contact_body,
             status=motion.status,
             part=part,
         )
+
+    def touching(self, frame: int) -> tuple[str, ...]:
+        """The primitives that the scene pushes in a frame."""
+        if self.contact_force_N is None or not self.contact_body:
+            return ()
+        pushed = rules.loaded(np.linalg.norm(self.contact_force_N[frame], axis=-1))
+        return tuple(name for name, flag in zip(self.contact_body, pushed, strict=True) if flag)

@@ -19,6 +19,8 @@ from simrecon.types import Array, Camera
 
 # Colours are blue, green, red.
 _FORCE, _FALLBACK, _HIDDEN = (40, 240, 250), (170, 170, 255), (140, 140, 140)
+TOUCHES = (70, 50, 225)
+"""Of what the scene pushes."""
 _ALPHA = 0.75
 _ARROW_M_PER_WEIGHT = 0.5
 _LEAST_FORCE = 0.01  # of body weight; smaller forces are not drawn
@@ -33,6 +35,7 @@ class Painter:
         """Cut the geoms into quads; make up a camera if there is none."""
         model = clip.model
         self.clip, self.model, self.data = clip, model, mujoco.MjData(model)
+        self.marked: list[int] = []  # geoms that touch in the frame that is drawn
         self.geoms = of_model(model)
         person, items = self.geoms.person, self.geoms.items
         self.person = shapes.surface(model, person, _BODY_CELL_M)
@@ -49,6 +52,7 @@ class Painter:
         """One frame over `image`, or over plain ground; `caption` instead of number and time."""
         clip, camera = self.clip, self._at(frame)
         self._pose(frame)
+        self.marked = [self.model.geom(name).id for name in clip.touching(frame)]
         surface = self.person if image is not None else self.all
         vertices = surface.place(self.data.geom_xpos, self.data.geom_xmat)  # (V, 3)
         if image is None:
@@ -140,7 +144,9 @@ class Painter:
             return
         keep = keep[np.argsort(-distance[surface.faces[keep]].mean(axis=1), kind="stable")]
         shade = shades(camera, normals[keep], facing[keep])  # (F,)
-        colours = np.minimum(self.geoms.colours[surface.face_geom[keep]] * shade[:, None], 255.0)  # (F, 3)
+        plain = self.geoms.colours.copy()  # (G, 3)
+        plain[self.marked] = TOUCHES
+        colours = np.minimum(plain[surface.face_geom[keep]] * shade[:, None], 255.0)  # (F, 3)
         canvas.paint(image, pixels[keep], colours, alpha)
 
     def _ground(self, camera: Camera, view: View) -> Image:

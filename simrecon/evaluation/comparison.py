@@ -8,12 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.evaluation import parts as body_parts
 from simrecon.metrics import bones, clearance, contact, touch
 from simrecon.metrics.rates import PAPER_HZ, at, every
 from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, Pushes, canonical, check_names
-from simrecon.types import Array, Scene
+from simrecon.types import Array, Flags, Scene
 
 
 @dataclass(frozen=True, eq=False)

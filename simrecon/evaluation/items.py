@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon import scene as scenes
-from simrecon.contact.rules import Flags
 from simrecon.evaluation.comparison import Comparison
 from simrecon.evaluation.loads import loads
 from simrecon.evaluation.rises import SITS_LEAST_M, releases, rests, rises
@@ -18,7 +17,7 @@ from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores
 from simrecon.replay import SIMULATED
 from simrecon.scene import check, sheets
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 
 def scores(result: Simulated, on: Comparison) -> Scores:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simrecon.contact.rules import Flags
+from simrecon.types import Flags
 
 _OF_MIDDLE = {
     "pelvis": ("pelvis", "left_buttock", "right_buttock"),

@@ -8,12 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.evaluation import parts
 from simrecon.evaluation.comparison import Comparison
 from simrecon.metrics import contact, pose, touch
 from simrecon.metrics.rates import at
-from simrecon.types import Motion
+from simrecon.types import Flags, Motion
 
 
 def contact_f1(motion: Motion, on: Comparison) -> dict[str, float]:

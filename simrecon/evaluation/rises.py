@@ -6,8 +6,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 # Who sits down comes up by this much; within that of the highest hips is up.
 SITS_LEAST_M, NEAR_M = 0.15, 0.05

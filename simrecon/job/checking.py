@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan as plans
+from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.io import tables
 from simrecon.io.messages import shown
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job
 from simrecon.scene import files as scene_files
-from simrecon.types import Scene
+from simrecon.types import ContactWish, Scene
 
 _PARTS = {"reading": Reading, "person": Person, "scene": Scene, "plan": plans.Plan}
 _READERS = {"scene": ", which simrecon.read_scene reads", "plan": ", which simrecon.read_plan reads"}
@@ -35,7 +36,20 @@ def checked(job: Job) -> Job:
             raise InputError(f"Job: {name} must be a {kind.__name__}{more}, found {shown(value)}")
     same = tables.build(Job, _table(job), "Job")
     plan = plans.build(plans.to_dict(same.plan), "Job: plan")
-    return replace(same, plan=replace(plan, name=str(job.plan.name)), scene=_scene(same.scene, job.scene))
+    scene, asked = _scene(same.scene, job.scene), wishes.build(_by_part(same.contacts), "Job: contacts")
+    return replace(same, plan=replace(plan, name=str(job.plan.name)), scene=scene, contacts=asked)
+
+
+def _by_part(asked: tuple[ContactWish, ...]) -> dict[str, Any]:
+    """The tables of wishes, of which there is one a part.
+
+    Raises:
+        InputError: there are two of one part.
+    """
+    table = wishes.to_table(asked)
+    if len(table) < len(asked):
+        raise InputError("Job: contacts: found two wishes of one part; valid: one with all its intervals")
+    return table
 
 
 def checked_threads(threads: Any) -> Any:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan as plans
+from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.evidence.video import frames
 from simrecon.io import provenance, tables, toml
@@ -15,11 +16,11 @@ from simrecon.io.messages import check_keys
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job, contents
 from simrecon.scene import files as scene_files
-from simrecon.types import Scene
+from simrecon.types import ContactWish, Scene
 
 SCHEMA = "simrecon.job/1"
 SECTIONS = {"reading": Reading, "person": Person}
-_OWN_FORM = (*SECTIONS, "scene", "plan")
+_OWN_FORM = (*SECTIONS, "scene", "contacts", "plan")
 _PATHS = ("input", "output", "video", "detected", "start")
 
 
@@ -39,6 +40,7 @@ def read(path: Path | str) -> Job:
         name: tables.build(kind, table.pop(name, {}), f"{where} [{name}]") for name, kind in SECTIONS.items()
     }
     known["scene"] = _scene(table.pop("scene", {}), path, folder)
+    known["contacts"] = _contacts(table.pop("contacts", {}), path, folder)
     known["plan"] = _plan(table.pop("plan", "default"), path, folder)
     plain = {name: key for name, key in tables.keys(Job).items() if name not in _OWN_FORM}
     check_keys(where, table, (*plain, *_OWN_FORM), ("input", "output"))
@@ -56,6 +58,8 @@ def dumps(job: Job) -> str:
     for name in SECTIONS:
         content[name] = tables.to_table(getattr(job, name))
     content["scene"] = {"folder": job.scene.folder, **scene_files.tables(job.scene)}
+    if job.contacts:
+        content["contacts"] = wishes.to_table(job.contacts)
     content["plan"] = {"name": job.plan.name, **plans.to_dict(job.plan)}
     return toml.dumps(content)
 
@@ -119,6 +123,13 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
     if not isinstance(own := table.get("folder", "."), str):
         raise InputError(f"{path}: [scene] folder must be a path in quotes, found {own!r}")
     return scene_files.scene(table, folder / Path(path).name)
+
+
+def _contacts(table: Any, path: Path | str, folder: Path) -> tuple[ContactWish, ...]:
+    """Wishes that stand in the file, or that a path names."""
+    if isinstance(table, str):
+        return wishes.read(folder / table)
+    return wishes.build(table, f"{path}: [contacts]")
 
 
 def _plan(table: Any, path: Path | str, folder: Path) -> plans.Plan:

@@ -13,7 +13,7 @@ from simrecon.io import provenance
 from simrecon.io.reading import read_text
 from simrecon.job.options import Person, Reading, option
 from simrecon.plan import Plan
-from simrecon.types import Scene, frozen
+from simrecon.types import ContactWish, Scene, frozen
 
 LARGEST_SEED = 2**63 - 1
 MOST_THREADS = 1024
@@ -31,6 +31,7 @@ class Job:
         reading: how the input is read, where it doesn't say so itself.
         person: what is known of the person.
         scene: what the person may touch.
+        contacts: which parts of the body the user wishes to touch when (`contact.wishes`).
         plan: how the clip is cut and optimised.
         planner: what turns the kinematic fit into the reference.
         engine: what optimises the simulation.
@@ -48,6 +49,7 @@ class Job:
     reading: Reading = field(default_factory=Reading)
     person: Person = field(default_factory=Person)
     scene: Scene = field(default_factory=Scene)
+    contacts: tuple[ContactWish, ...] = ()
     plan: Plan = field(default_factory=lambda: plans.read("default"))
     planner: str = "none"
     engine: str = "sampling"

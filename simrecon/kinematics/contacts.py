@@ -8,7 +8,7 @@ import numpy as np
 
 from simrecon.contact.parts import HEELS, SEAT, TOES
 from simrecon.contact.parts import rows as part_rows
-from simrecon.types import Array, ContactLabels, IntArray, Primitive, Skeleton
+from simrecon.types import Array, ContactLabels, ContactTargets, IntArray, Primitive, Skeleton
 
 SIGMA_TOUCH_M = 0.05
 SIGMA_STAND_M = 0.1
@@ -59,23 +59,26 @@ class Pull:
     depth_m: float = 0.0
 
 
-def pulls(touch: ContactPoints, labels: ContactLabels, clearance: Array) -> tuple[Pull, ...]:
+def pulls(
+    touch: ContactPoints, labels: ContactLabels, clearance: Array, wished: ContactTargets | None = None
+) -> tuple[Pull, ...]:
     """What rests on a support, in the manner of Gärtner 2022, eqs. 6 and 7.
 
-    The lowest point of the body, the soles of feet that stand, other parts of which the labels say that they
-    rest, and, over items, both buttocks of hips at rest. Over the ground they are left alone: who gets up
-    turns over the hips (17 mm worse on one clip).
+    The lowest point of the body that may touch, the soles of feet that stand, other parts of which the labels
+    say that they rest, and, over items, both buttocks of hips at rest. Over the ground they are left alone:
+    who gets up turns over the hips (17 mm worse on one clip).
 
     Args:
         touch: G contact points.
         labels: of T frames.
         clearance: (S, G, T) of the points over S supports, the ground first.
+        wished: which parts are not to touch, or None.
     """
     frames = np.arange(clearance.shape[2])
     soles = touch.soles.ravel()
     support = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
     return (
-        Pull(lowest(np.arange(clearance.shape[1]), clearance), 1.0, SIGMA_TOUCH_M),
+        Pull(lowest(np.arange(clearance.shape[1]), _allowed(touch, clearance, wished)), 1.0, SIGMA_TOUCH_M),
         Pull((support, soles[:, None], frames[None]), _on_soles(labels, touch.soles.shape[1]), SIGMA_STAND_M),
         *(
             Pull(lowest(rows, clearance, 1), labels.of(name), SIGMA_TOUCH_M, SEAT_DEPTH_M)
@@ -83,11 +86,21 @@ def pulls(touch: ContactPoints, labels: ContactLabels, clearance: Array) -> tupl
             if len(clearance) > 1
         ),
         *(
-            Pull(lowest(rows, clearance), labels.of(name), SIGMA_TOUCH_M)
+            Pull(lowest(rows, clearance), np.nan_to_num(labels.of(name)), SIGMA_TOUCH_M)
             for name, rows in zip(labels.parts, touch.parts, strict=True)
             if name not in (*HEELS, *TOES, *SEAT) and labels.known(name)
         ),
     )
+
+
+def _allowed(touch: ContactPoints, clearance: Array, wished: ContactTargets | None) -> Array:
+    """Clearances (S, G, T), infinite of the parts that are not to touch."""
+    if wished is None or not wished.free.any():
+        return clearance
+    allowed = clearance.copy()
+    for rows, free in zip(touch.parts, wished.free.T, strict=True):
+        allowed[:, rows[:, None], np.flatnonzero(free)] = np.inf
+    return allowed
 
 
 def _on_soles(labels: ContactLabels, corners: int) -> Array:

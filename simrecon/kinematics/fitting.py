@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 from simrecon import body as bodies
 from simrecon import trust
+from simrecon.contact import wishes
 from simrecon.geometry import camera as cameras
-from simrecon.kinematics import bones, floor, person, search, terms, world
+from simrecon.kinematics import bones, floor, person, search, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -20,12 +22,16 @@ from simrecon.kinematics.result import result
 from simrecon.kinematics.start import start
 from simrecon.plan import Kinematics
 from simrecon.system import blas
-from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene
+from simrecon.types import Array, Camera, ContactWish, Evidence, KinematicFit, Scene
 
 
 @blas.one_thread()
 def fit(
-    evidence: Evidence, scene: Scene, plan: Kinematics, request: bodies.ShapeRequest | None = None
+    evidence: Evidence,
+    scene: Scene,
+    plan: Kinematics,
+    request: bodies.ShapeRequest | None = None,
+    asked: Sequence[ContactWish] = (),
 ) -> KinematicFit:
     """Fit shape scale, root and joint angles of all frames to the evidence.
 
@@ -34,6 +40,7 @@ def fit(
         scene: what the person may touch, in the world of the camera's extrinsics where those are given.
         plan: weights and scales.
         request: the body's shape; None: primitives by the proportions of `models/body/primitives.toml`.
+        asked: what a user wishes of the contacts.
 
     Raises:
         InputError: nothing in the evidence can be used, no such shape, or bones that are not those measured.
@@ -65,8 +72,12 @@ def fit(
             problem, variables = _moved(full, variables, transform, camera)
         variables, more = _minimise(problem, variables)
         iterations += more
+    if targets := wishes.targets(asked, evidence.times_s):
+        problem, variables, more = wishing.honour(problem, variables, targets)
+        iterations += more
     distribution = "standard" if request is None else request.distribution
     fitted = result(evidence, camera, problem, variables, shape, distribution, iterations)
+    fitted = replace(fitted, wished=targets)
     bones.check(evidence, fitted.body.skeleton)
     return fitted
 

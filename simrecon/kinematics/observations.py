@@ -7,7 +7,7 @@ from functools import cached_property
 
 from simrecon.contact import labels
 from simrecon.prior import Prior
-from simrecon.types import Array, ContactLabels, IntArray
+from simrecon.types import Array, ContactLabels, ContactTargets, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class Observations:
         joints_m: (M, T, 3) 3D estimate, world axes, relative to its root; joint_weights: (M, T).
         place_m: (T, 3) where the 3D estimate puts its root; place_weights: (T,).
         root_weights: (M,) with which points' mean is the root of the 3D estimate.
-        labels: how surely which part of the body rests.
+        labels: how surely which part of the body rests; targets: what a user wishes of them, or None.
         scale_sigma: how well the skeleton's scale is known (natural logarithm); length_sigma: single lengths.
         lean_sigma: how far the 3D estimate may lean, rad.
         metric: the 3D estimate has the person's true size, and does not grow with the person's.
@@ -47,6 +47,7 @@ class Observations:
     length_sigma: float = 0.25
     lean_sigma: float = 0.15
     metric: bool = False
+    targets: ContactTargets | None = None
 
     @cached_property
     def standing(self) -> Array:
@@ -71,4 +72,5 @@ class Observations:
             place_m=self.place_m[frames],
             place_weights=self.place_weights[frames],
             labels=self.labels.at(frames),
+            targets=None if self.targets is None else self.targets.at(frames),
         )

@@ -14,6 +14,7 @@ from simrecon.kinematics.layout import Variables, to_qpos
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.person import stature_and_mass
 from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.touched import labels, touched
 from simrecon.sim import models, poses
 from simrecon.sim.address import locate
 from simrecon.types import Array, Body, Camera, Evidence, KinematicFit
@@ -44,6 +45,7 @@ def result(
     person = build(evidence, problem, variables, shape, distribution)
     qpos = to_qpos(variables.root_m, problem.base, variables.rotvecs)
     com, marks = configurations(person, qpos)
+    found, see = touched(person, problem.scene, qpos, evidence.times_s), problem.observations
     return KinematicFit(
         body=person,
         scene=problem.scene,
@@ -55,6 +57,7 @@ def result(
         interpolated=~visibility(evidence),
         iterations=iterations,
         loss=objective.losses,
+        contacts=labels(found, see.labels, see.targets),
     )
 
 

@@ -27,6 +27,7 @@ from simrecon.kinematics.result import configurations
 from simrecon.kinematics.state import State
 from simrecon.kinematics.supports import Supports, supports
 from simrecon.kinematics.terms.kept import Hold, Touch, Turn
+from simrecon.kinematics.touched import labels, touched
 from simrecon.plan import Kinematics
 from simrecon.system import blas
 from simrecon.types import Array, Body, KinematicFit
@@ -68,6 +69,8 @@ def retarget(fit: KinematicFit, body: Body, plan: Kinematics) -> KinematicFit:
         reprojection_px=np.full_like(fit.reprojection_px, np.nan),
         iterations=used,
         loss=objective.losses,
+        contacts=labels(touched(body, fit.scene, qpos, fit.times_s), None, None),
+        wished=None,
     )
 
 

@@ -16,12 +16,11 @@ import numpy as np
 from simrecon import resources
 from simrecon import scene as scenes
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.metrics import anthropometry
 from simrecon.metrics.feet import SKATE_SPEED_MPS
 from simrecon.metrics.smoothness import steps
 from simrecon.metrics.truth import FOOT_POINTS
-from simrecon.types import Array, Scene
+from simrecon.types import Array, Flags, Scene
 
 _SAMPLES = np.linspace(0.0, 1.0, 5)  # along a bone; the ends decide over a plane
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 PENETRATION_TOLERANCE_M = 0.005
 """Depth from which a frame counts as penetrating: soft contact sinks in by a few millimetres."""

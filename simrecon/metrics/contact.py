@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.metrics.smoothness import steps
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 CONTACTS_MIN = 6
 """Steps of resting foot points of which a score is made, at least."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.contact.rules import LOADED_N, Flags
-from simrecon.types import Array
+from simrecon.contact.rules import LOADED_N
+from simrecon.types import Array, Flags
 
 GRAVITY_MPS2 = 9.81
 UP_MPS2 = np.array([0.0, 0.0, GRAVITY_MPS2])

@@ -11,10 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.metrics.contact import both
 from simrecon.metrics.smoothness import steps
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 # Gärtner 2022, appendix C; contact is that of `contact.rules.on_support`.
 SKATE_MIN_M = 0.02

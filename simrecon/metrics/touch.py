@@ -11,9 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from simrecon.contact import rules
-from simrecon.contact.rules import Flags
 from simrecon.metrics.contact import contact_f1
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 FRAMES_MIN = 3
 PARTS: dict[str, tuple[str, ...]] = {

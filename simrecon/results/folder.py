@@ -13,13 +13,15 @@ from simrecon.io.reading import read_text
 
 SCHEMA = "simrecon.result/1"
 MOTION, MODEL, SCENE, REPORT, JOB = "motion.npz", "model.xml", "scene.toml", "report.json", "job.toml"
+CONTACTS = "contacts.toml"
+"""What the user wished of the contacts, where that was anything."""
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
 EXPORTS = ("bvh", "trc")
 """Formats of `simrecon.exports`: the files `motion.<format>` belong to a result."""
 FILES = (
-    MOTION, MODEL, SCENE, REPORT, JOB, START, *OVERLAYS,
+    MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, *OVERLAYS,
     *(f"motion.{name}" for name in EXPORTS),
 )  # fmt: skip
 """All that a result folder may hold: only a folder of these is ever replaced."""

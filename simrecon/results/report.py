@@ -24,7 +24,7 @@ from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
-from simrecon.results import agreement, assumed, ending, planned, verdict
+from simrecon.results import agreement, assumed, contacts, ending, planned, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
@@ -68,6 +68,7 @@ def make(
             "loss_terms": run.fit.loss,
             "reprojection_median_px": _median(run.fit.reprojection_px),
         },
+        "contacts": contacts.make(run),
         "frames": _frames(run),
         "metrics": plausibility(run),
         "audit": dataclasses.asdict(run.audit),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from simrecon import job as jobs
 from simrecon import scene as scenes
+from simrecon.contact import wishes
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
@@ -59,6 +60,8 @@ def write(
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")
         (partial / folders.SCENE).write_text(scenes.dumps(run.fit.scene), encoding="utf-8")
+        if job.contacts:
+            (partial / folders.CONTACTS).write_text(wishes.dumps(job.contacts), encoding="utf-8")
         content = report.make(job, run, run.seconds, calibration)
         if not overwrite and _is_worse(content, place.target):
             content["better"] = str(place.target)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from simrecon.types.arrays import Array, IntArray
 from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
-from simrecon.types.contact import ContactLabels, ContactTargets, ContactWish, Interval
+from simrecon.types.contact import ContactLabels, ContactTargets, ContactWish, Flags, Interval
 from simrecon.types.evidence import Evidence, Part
 from simrecon.types.frozen import FrozenMap, frozen
 from simrecon.types.motion import Motion, Report
@@ -27,6 +27,7 @@ __all__ = [
     "ContactWish",
     "Effort",
     "Evidence",
+    "Flags",
     "Friction",
     "FrozenMap",
     "Ground",

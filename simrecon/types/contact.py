@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simrecon.types.arrays import Array, IntArray
 
+Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 """From and to, s, both included."""
 
@@ -70,9 +72,9 @@ class ContactTargets:
     """
 
     parts: tuple[str, ...]
-    touch: Array
-    stay: Array
-    free: Array
+    touch: Flags
+    stay: Flags
+    free: Flags
 
     def at(self, frames: slice | IntArray) -> Self:
         """Those of some frames."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simrecon.types.arrays import Array
 from simrecon.types.body import Body
 from simrecon.types.camera import Camera
+from simrecon.types.contact import ContactLabels, ContactTargets
 from simrecon.types.scene import Scene
 
 
@@ -27,6 +28,9 @@ class KinematicFit:
         interpolated: (T,) frames in which the person was out of view.
         iterations: of the optimiser.
         loss: at the end, by term.
+        contacts: how surely each part of the body rests on the scene, with the user's wishes over it; None
+            where nobody looked.
+        wished: what the user wishes of the contacts, or None.
     """
 
     body: Body
@@ -39,6 +43,8 @@ class KinematicFit:
     interpolated: NDArray[np.bool_]
     iterations: int
     loss: dict[str, float]
+    contacts: ContactLabels | None = None
+    wished: ContactTargets | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +56,8 @@ class Reference:
         times_s: (T,) uniform.
         qpos: (T, nq) root position, root quaternion, joint quaternions.
         com_m: (T, 3).
-        contact_names: C contact points, none where the planner knows of no contacts.
-        contact: (T, C) probability that a contact point touches, or None.
+        contact_names: C parts of the body or contact points, none where nothing is known of contacts.
+        contact: (T, C) probability that each touches, or None.
         contact_force_N: (T, C, 3) force of the scene on it, or None.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
             zero obeys dynamics; None where the planner knows no dynamics.

@@ -3,10 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simrecon.contact.rules import Flags
 from simrecon.metrics import contact, feet
 from simrecon.metrics.statistics import of_frames
-from simrecon.types import Array
+from simrecon.types import Array, Flags
 
 FPS = 30.0
 

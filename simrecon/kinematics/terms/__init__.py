@@ -6,6 +6,7 @@ image       landmarks in the image
 estimate    the 3D estimate
 smoothness  what ties frames to each other
 touch       floor and items
+wishes      contacts that a user wishes
 mass        centre of mass
 shared      priors on what all frames share
 joints      rotation vectors in a frame
@@ -32,6 +33,7 @@ from simrecon.kinematics.terms.smoothness import (
 )
 from simrecon.kinematics.terms.term import Term
 from simrecon.kinematics.terms.touch import Contact, Penetration
+from simrecon.kinematics.terms.wishes import Free, Stays, Touches
 from simrecon.plan import Kinematics
 
 TERMS: tuple[Term, ...] = (
@@ -43,6 +45,9 @@ TERMS: tuple[Term, ...] = (
     TravelPosition(),
     Penetration(),
     Contact(),
+    Touches(),
+    Stays(),
+    Free(),
     SmoothCom(),
     Balance(),
     Size(),
@@ -71,7 +76,7 @@ def only(plan: Kinematics, names: Collection[str]) -> Kinematics:
 
 def floating(plan: Kinematics) -> Kinematics:
     """A plan in which nothing holds the person to floor and items."""
-    return without(plan, [term for term in TERMS if term.needs_floor])
+    return without(plan, [term for term in PLANNED if term.needs_floor])
 
 
 def switched(plan: Kinematics) -> Kinematics:

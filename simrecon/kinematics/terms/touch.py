@@ -42,8 +42,8 @@ class Contact(Term):
 
     def loss(self, state: State, gradient: Gradient, unit: float) -> float:
         """Distance from the support, whose pull fades."""
-        labels, clearance, total = state.problem.observations.labels, state.clearance_m, 0.0
-        for pull in pulls(state.problem.contacts, labels, clearance):
+        see, clearance, total = state.problem.observations, state.clearance_m, 0.0
+        for pull in pulls(state.problem.contacts, see.labels, clearance, see.targets):
             loss, slope = touching(clearance[pull.at] + pull.depth_m, pull.sigma, pull.weights)
             gradient.clearances[pull.at] += unit * slope
             total += unit * loss
@@ -51,8 +51,8 @@ class Contact(Term):
 
     def curvature(self, state: State, hessian: Hessian, weight: float) -> None:
         """Of the pulls, as if each were to the nearest support."""
-        labels, (least, _) = state.problem.observations.labels, state.nearest
-        for pull in pulls(state.problem.contacts, labels, state.clearance_m):
+        see, (least, _) = state.problem.observations, state.nearest
+        for pull in pulls(state.problem.contacts, see.labels, state.clearance_m, see.targets):
             far = (least[pull.at[1:]] + pull.depth_m) / pull.sigma
             hessian.nearest[pull.at[1:]] += weight * pull.weights / (pull.sigma**2 * (1 + far**2) ** 2)
 

@@ -21,7 +21,7 @@ from simrecon.kinematics.terms.kept import Hold, Touch, Turn
 from simrecon.kinematics.terms.smoothness import Still
 from simrecon.kinematics.terms.term import Term
 from simrecon.plan import Kinematics
-from simrecon.types import Array, SceneItem
+from simrecon.types import Array, ContactTargets, SceneItem
 from tests.support.gradients import Function, error
 
 NAMES = [term.name for term in terms.TERMS]
@@ -41,8 +41,23 @@ def alone(problem: Problem, term: Term) -> Function:
     return function
 
 
+def asked(problem: Problem, name: str) -> Problem:
+    """The problem, for terms of wishes with heels that stay, hands that touch, and toes that do not."""
+    if not name.startswith("wished"):
+        return problem
+    parts = problem.observations.labels.parts
+    touch, stay, free = np.zeros((3, problem.frames, len(parts)), dtype=np.bool_)
+    for column, part in enumerate(parts):
+        stay[:, column] = part.endswith("_heel")
+        touch[1:, column] = part.endswith(("_heel", "_hand", "_knee"))
+        free[:3, column] = part.endswith("_toe")
+    targets = ContactTargets(parts, touch, stay, free)
+    return replace(problem, observations=replace(problem.observations, targets=targets))
+
+
 @pytest.mark.parametrize("term", terms.TERMS, ids=NAMES)
 def test_gradients_are_those_of_finite_differences(problem: Problem, point: Array, term: Term) -> None:
+    problem = asked(problem, term.name)
     assert term.applies(problem)
     assert alone(problem, term)(point)[0] > 1e-6
     assert error(alone(problem, term), point) < 1e-6
@@ -141,6 +156,7 @@ def test_hips_at_rest_on_a_seat_need_no_balance_over_the_feet(problem: Problem, 
 
 
 SQUARED = {"smooth_com", "smooth_position", "smooth_rotation", "limit", "prior", "penetration"}
+SQUARED |= {"wished_stay", "wished_free"}
 EXACT = SQUARED | {"shared", "lengths", "lean"}
 EVIDENCE = ("keypoint", "joint", "place")
 ON_ROTATIONS = {"limit", "smooth_rotation", "travel_rotation", "prior"}
@@ -185,7 +201,7 @@ def slope(function: Function, x: Array, step: Array) -> float:
 def test_curvatures_are_those_of_the_terms(problem: Problem, point: Array, name: str) -> None:
     """Exact where residuals are squared, over the ground alone; where they are robust, a bound from above."""
     term, rng = terms.TERMS[NAMES.index(name)], np.random.default_rng(12)
-    problem = replace(problem, scene=replace(problem.scene, items=()))
+    problem = asked(replace(problem, scene=replace(problem.scene, items=())), name)
     for _ in range(5):
         step = direction(problem, name, len(point), rng)
         own, true = bent(problem, term, point, step), slope(alone(problem, term), point, step)
