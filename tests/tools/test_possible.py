@@ -57,7 +57,7 @@ def test_a_recording_is_cut_to_thirty_frames_a_second(making: possible.Making) -
     seen = possible.recording(making.data, MOTION)
     np.testing.assert_allclose(seen.times_s, np.arange(31) / 30)
     assert set(BODY_JOINTS) <= set(seen.joint_names)
-    assert (seen.mass_kg, seen.trust) == (70.0, "mocap")
+    assert (seen.mass_kg, seen.trust) == (70.0, possible.TRUST)
 
 
 def test_what_is_there_is_kept(making: possible.Making, monkeypatch: pytest.MonkeyPatch) -> None:
