@@ -47,7 +47,7 @@ STEP_MAX_S, RATE_HZ = 0.0042, 30.0
 TRUST = "mocap,assume=1,joints_m=0.05,place_m=0.05"
 """Of the recording, which may be left by centimetres, so that feet that stand are level and on the floor.
 
-With the joints alone, the soles of a man who washes himself are 17 mm from level, and he rocks on their edges.
+With the joints alone, the soles of a man who washes himself are 17 mm from level, and he rocks on edges.
 """
 NEAR_M, NEAREST_M = 0.06, 0.25
 """Farthest that a truth may be from its reference, on average and in its worst frame."""
