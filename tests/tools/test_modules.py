@@ -12,7 +12,7 @@ import tools
 FOLDER = Path(tools.__file__).parent
 MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__.py")
 LIBRARIES = {
-    "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms",
+    "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms", "levelled",
 }  # fmt: skip
 """Modules that the programs share."""
 EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "zuko"}
