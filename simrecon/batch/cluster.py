@@ -33,6 +33,9 @@ SETTINGS = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.admin.tick.limit": "1h",
+    # Whoever may use this machine could read there what runs; nobody needs it.
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
 }
 HOST = "host"
 LOST = "the connection to the scheduler was lost; the same command goes on where it stopped"

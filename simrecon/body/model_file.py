@@ -14,6 +14,7 @@ Keys, and further names under which they are read:
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from simrecon.body import foreign, model_arrays, model_joints, model_landmarks, 
 from simrecon.body.shape import HEAD_POINT, ShapeSpace
 from simrecon.body.skeleton import template
 from simrecon.errors import InputError
+from simrecon.io.limits import MISFITS
 from simrecon.types import Array
 
 BETAS_MAX = 10
@@ -38,6 +40,16 @@ def read(path: Path | str) -> ShapeSpace:
         InputError: it can't be read, lacks a key, or its arrays or joints don't fit together.
     """
     data = foreign.load(path)
+    try:
+        with np.errstate(all="ignore"):  # what comes of absurd numbers is refused by the checks
+            return _space(data, path)
+    except MISFITS as error:
+        reason = f"{type(error).__name__}: {error}"[:200]
+        raise InputError(f"{path}: found arrays that do not fit ({reason}); valid: a body model") from error
+
+
+def _space(data: dict[str, Any], path: Path | str) -> ShapeSpace:
+    """The shape space of a file's arrays."""
     arrays = {key: model_arrays.array(data, key, path) for key in model_arrays.KEYS}
     template_m, basis = arrays["v_template"], arrays["shapedirs"]
     model_arrays.check(arrays, path)

@@ -15,9 +15,10 @@ import simrecon
 from simrecon.cli import commands
 from simrecon.cli.arguments import Parser
 from simrecon.errors import SimreconError, printable
+from simrecon.system import signals
 
 NOTHING = "nothing was written"
-EXIT_FAILED, EXIT_INTERRUPTED, EXIT_PIPE = 1, 130, 141
+EXIT_FAILED, EXIT_PIPE = 1, 141
 PURPOSE = "Reconstruct physically simulated human motion from what one camera saw."
 
 
@@ -29,7 +30,7 @@ def main(argv: list[str] | None = None) -> int:
 
     Returns:
         Exit status: 0 all simulated, 1 failed, 2 bad usage or input, 3 finished with frames on kinematic
-        fallback, 130 interrupted, 141 nobody reads what it prints any more.
+        fallback, 130 interrupted, 143 ended by SIGTERM, 141 nobody reads what it prints any more.
     """
     for stream in (sys.stdout, sys.stderr):  # paths may hold bytes that are no text
         if isinstance(stream, io.TextIOWrapper):
@@ -49,7 +50,7 @@ def _status(words: list[str]) -> int:
         parsed = _parser(words).parse_args(words)
         from simrecon.sim.quiet import unwarned  # not before help is shown: it imports MuJoCo
 
-        with unwarned():  # rollouts that diverge are expected, and counted
+        with signals.interruptible(), unwarned():  # rollouts that diverge are expected, and counted
             done: int = parsed.command(parsed)
             return done
     except SystemExit as end:  # argparse, after -h and --version
@@ -58,7 +59,7 @@ def _status(words: list[str]) -> int:
         raise
     except KeyboardInterrupt as error:
         print(f"simrecon: interrupted, {printable(str(error)) or NOTHING}", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return signals.exit_status(error)
     except Exception as error:
         debug = "--debug" in words
         if debug:

@@ -32,12 +32,8 @@ from simrecon.evidence.options import Options
 from simrecon.evidence.smpl import amass, gvhmr, humanml3d, phc, prompthmr, threedpw, tram, wham
 from simrecon.evidence.video import reader as video
 from simrecon.geometry import camera as cameras
+from simrecon.io.limits import MISFITS
 from simrecon.types import Camera, Evidence
-
-_MISFITS = (
-    TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError, MemoryError,
-)  # fmt: skip
-"""What a reader ends in if a value deep in a file is of a kind that nobody thought of."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +164,7 @@ def _as_it_is(content: Content, reader: Reader, options: Options) -> Evidence:
     try:
         with np.errstate(all="ignore"):  # what comes of absurd numbers is refused by the checks
             evidence = reader.read(content, options)
-    except _MISFITS as error:
+    except MISFITS as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         valid = f"a file as {reader.title} has it; --debug shows where"
         raise content.fail("layout", f"values that do not fit it ({reason})", valid) from error

@@ -16,6 +16,7 @@ from simrecon.types import Array, Evidence, IntArray
 JITTER_MAX = 1e-3  # frames this near to the grid are taken as they are
 CLOCK_ERROR_MAX = 0.25  # frames this near to a grid of constant rate with dropped frames belong to it
 FRAMES_MAX = 200_000  # at some 50 kB each in the kinematic fit
+GAPS_MAX, GAPS_SHARE = 10_000, 20  # of which so many may be missing, and so many for each that is there
 TAKE_OVER_MAX = 0.1  # beside an unseen frame, a grid point takes over a frame that is this near
 GAP_MIN = 1.5  # from here on, a frame is missing between two frames
 
@@ -63,9 +64,10 @@ def resample(evidence: Evidence) -> tuple[Evidence, IntArray]:
     interval = frame_interval_s(evidence.times_s)
     position = (evidence.times_s - evidence.times_s[0]) / interval  # (T,)
     count = int(np.floor(position[-1] + TAKE_OVER_MAX)) + 1
-    if count > FRAMES_MAX:
+    most = min(FRAMES_MAX, GAPS_MAX + GAPS_SHARE * len(evidence.times_s))
+    if count > most:
         found = f"{count} frames with those that are missing, {interval:.4g} s apart"
-        valid = f"at most {FRAMES_MAX}: a part by --from and --to, or fewer by --every"
+        valid = f"at most {most}: a part by --from and --to, or fewer by --every"
         raise InputError(f"times_s: found {found}; valid: {valid}")
     grid_s = evidence.times_s[0] + interval * np.arange(count)
     near = _neighbours(position, count)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simrecon.errors import InputError
 from simrecon.io import pickles
 from simrecon.io.arrays import listed
-from simrecon.io.limits import decompressed, size_text
+from simrecon.io.limits import allowed, decompressed, size_text
 from simrecon.io.npz import parse_npz
 from simrecon.io.pickles import torch_files
 
@@ -78,6 +78,9 @@ def _npy(source: str, raw: bytes) -> Any:
 def _torch(source: str, raw: bytes) -> Any:
     try:
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            total = sum(info.file_size for info in archive.infolist())
+            if total > (most := allowed(len(raw))):
+                raise ValueError(f"{size_text(total)}; at most {size_text(most)} are read")
             raw, storages = torch_files.archive_pickle(source, archive)
             return pickles.loads(source, raw, storages)
     except _DAMAGED as error:

@@ -12,6 +12,7 @@ from simrecon.errors import InputError
 MAX_BYTES = 2 << 30
 """Largest file, largest decompressed content and largest array that a reader takes."""
 
+_FIXED_BYTES, _PER_BYTE = 256 << 20, 100
 NUMBER_MAX = 1e12
 """No coordinate, angle, time or confidence of a file is larger, in any unit."""
 
@@ -24,6 +25,20 @@ class _Decompressor(Protocol):
     @property
     def eof(self) -> bool: ...
     def decompress(self, data: bytes, /, max_length: int) -> bytes: ...
+
+
+MISFITS = (
+    TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError, MemoryError,
+)  # fmt: skip
+"""What a reader ends in if a value deep in a file is of a kind that nobody thought of."""
+
+
+def allowed(size: int) -> int:
+    """Bytes that a file of this size may become: 256 MB, and 100 for each of its own, at most `MAX_BYTES`.
+
+    Compressed landmarks become 2 to 20 bytes for each.
+    """
+    return min(_FIXED_BYTES + _PER_BYTE * size, MAX_BYTES)
 
 
 def size_text(count: float) -> str:
@@ -43,7 +58,7 @@ def decompressed(source: str, content: bytes) -> bytes:
         content: of the file.
 
     Raises:
-        InputError: damaged, compressed by other means, or more than `MAX_BYTES` when decompressed.
+        InputError: damaged, compressed by other means, or more than `allowed` when decompressed.
     """
     for magic, name in _UNSUPPORTED.items():
         if content.startswith(magic):
@@ -88,7 +103,7 @@ class _Zlib:
 
 def _inflate(source: str, method: _Decompressor, content: bytes) -> bytes:
     parts: list[bytes] = []
-    total, at = 0, 0
+    total, at, most = 0, 0, allowed(len(content))
     while not method.eof:
         compressed = content[at : at + _STEP]
         at += len(compressed)
@@ -96,8 +111,8 @@ def _inflate(source: str, method: _Decompressor, content: bytes) -> bytes:
         if not part and not compressed:
             raise EOFError("it ends too early")
         total += len(part)
-        if total > MAX_BYTES:
-            limit = size_text(MAX_BYTES)
+        if total > most:
+            limit = size_text(most)
             raise InputError(f"{source}: found more than {limit} when decompressed; valid: at most {limit}")
         parts.append(part)
     return b"".join(parts)

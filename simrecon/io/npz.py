@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from simrecon.errors import InputError
 from simrecon.io.arrays import Arrays, listed
-from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.limits import allowed, size_text
 from simrecon.io.reading import read_bytes
 
-_TOTAL_MAX_BYTES = 2 * MAX_BYTES
 # What numpy and zipfile raise on damaged archives.
 _UNREADABLE = (
     ValueError, TypeError, EOFError, KeyError, OSError, MemoryError, OverflowError, NotImplementedError,
@@ -70,8 +69,8 @@ def parse_npz(
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             total = sum(info.file_size for info in archive.infolist())
-            if total > _TOTAL_MAX_BYTES:
-                raise ValueError(f"{size_text(total)}; at most {size_text(_TOTAL_MAX_BYTES)} are read")
+            if total > (most := allowed(len(content))):
+                raise ValueError(f"{size_text(total)}; at most {size_text(most)} are read")
             for info in archive.infolist():
                 key = info.filename.removesuffix(".npy")
                 arrays[key] = _member(source, key, archive, info, objects)
@@ -90,8 +89,6 @@ def _member(
     objects: Callable[[str, str, bytes], NDArray[Any]] | None,
 ) -> NDArray[Any]:
     """One array of an archive, when its header claims what is there."""
-    if info.file_size > MAX_BYTES:
-        raise ValueError(f"{size_text(info.file_size)}; at most {size_text(MAX_BYTES)} are read")
     with archive.open(info) as part:
         raw = part.read()
     stream = io.BytesIO(raw)

@@ -12,12 +12,28 @@ ENDING = tuple(signal.Signals[name] for name in _NAMES if name in signal.Signals
 """End of a session or of a job: a request, a lost terminal, and on Windows Ctrl-Break or a closed window."""
 
 
+class EndedError(KeyboardInterrupt):
+    """The program is to end, by the signal of this number."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
+
+
+def exit_status(error: KeyboardInterrupt) -> int:
+    """What a program returns that a signal ended: 130 after Ctrl-C, 143 after SIGTERM."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, EndedError):
+        cause = cause.__cause__ or cause.__context__
+    return 128 + (signal.SIGINT if cause is None else cause.number)
+
+
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """The signals that end a session or a job end the program as Ctrl-C does."""
+    """The signals that end a session or a job end the program as Ctrl-C does (`EndedError`)."""
 
-    def interrupt(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
+    def interrupt(number: int, _: object) -> NoReturn:
+        raise EndedError(number)
 
     before = {}
     for number in ENDING:

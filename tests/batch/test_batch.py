@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import http.client
 import json
 import os
 import shutil
@@ -135,6 +137,17 @@ def wait_for(out: Path, kind: str) -> dict[str, Any]:
     raise AssertionError(f"no event {kind}")
 
 
+def told(port: int) -> bool:
+    """Whether a port gives a page of what runs to whoever asks."""
+    for page in ("/info/main/workers.html", "/json/counts.json", "/metrics", "/health"):
+        with contextlib.suppress(OSError, http.client.HTTPException):
+            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=2)
+            asked.request("GET", page)
+            if asked.getresponse().status == 200:
+                return True
+    return False
+
+
 @pytest.mark.usefixtures("dask")
 def test_only_loopback_listens_and_a_second_batch_is_refused(
     inputs: Path, plan: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -147,9 +160,10 @@ def test_only_loopback_listens_and_a_second_batch_is_refused(
         assert "another batch at work" in capsys.readouterr().err
         family = [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
         listening = {
-            where.laddr.ip for one in family for where in one.net_connections() if where.status == "LISTEN"
+            where.laddr for one in family for where in one.net_connections() if where.status == "LISTEN"
         }
-        assert listening == {"127.0.0.1"}
+        assert {where.ip for where in listening} == {"127.0.0.1"}
+        assert not any(told(where.port) for where in listening)
     finally:
         process.send_signal(signal.SIGTERM)
         said = process.communicate(timeout=60)[0]

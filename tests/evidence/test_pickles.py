@@ -284,7 +284,7 @@ def test_lists_without_an_end_are_refused_soon(tmp_path: Path, program: bytes) -
     path = tmp_path / "bad.pkl"
     path.write_bytes(b"\x80\x02}X\x0b\x00\x00\x00pred_rotmat" + program + b"s.")
     began = time.perf_counter()
-    with pytest.raises(InputError, match=r"holds itself|more than 20000000 items"):
+    with pytest.raises(InputError, match=r"holds itself|more than 100[0-9]* items"):
         evidence.read(path)
     assert time.perf_counter() - began < 1.0
 

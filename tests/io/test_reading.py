@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from simrecon import evidence, job, plan, results, scene
@@ -60,3 +62,14 @@ def test_deep_toml_is_a_line(tmp_path: Path, reader: str) -> None:
     path.write_text("a = " + "[" * 5000 + "]" * 5000, encoding="utf-8")
     with pytest.raises(InputError, match=r"deep|recursion"):
         READERS[reader](path)
+
+
+def test_what_becomes_of_a_file_is_limited_by_its_size(tmp_path: Path) -> None:
+    """A few hundred kilobytes of zeros, as members or compressed, do not become gigabytes."""
+    zeros = np.zeros(100 << 20, np.uint8)
+    np.savez_compressed(tmp_path / "a.npz", a=zeros, b=zeros, c=zeros)
+    with pytest.raises(InputError, match=r"315 MB; at most \d+ MB are read"):
+        npz.load(tmp_path / "a.npz")
+    (tmp_path / "a.pkl").write_bytes(zlib.compress(bytes(400 << 20), 9))
+    with pytest.raises(InputError, match=r"found more than \d+ MB when decompressed"):
+        evidence.read(tmp_path / "a.pkl")

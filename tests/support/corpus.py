@@ -33,11 +33,12 @@ SEEN = replace(PLAIN, camera=LENS)
 
 @dataclass(frozen=True)
 class Sample:
-    """A file or folder of one format, and options with which it is read."""
+    """A file or folder of one format, and options with which it is read; or what reads it."""
 
     format: str
     path: Path
     options: Options
+    reader: Callable[[Path], Any] | None = None
 
 
 def _evidence(folder: Path) -> Path:

@@ -1,21 +1,26 @@
 """Reads damaged files under limits: `python -m tests.support.fuzzing FOLDER SEED FIRST LAST`.
 
 Prints one JSON line for each file on which a reader does anything but make evidence or raise an error of the
-project's own: another exception, more than `SECONDS` of processor time, more than `MEMORY` bytes, or a file
-that it writes. It must be a process of its own: the limits and the watch on files stay for its lifetime.
+project's own: a signal, another exception, more than `SECONDS` of processor time, more than `MEMORY` bytes,
+or a file that it writes. Each file is read by a child of its own, whatever becomes of which is noted. It
+must be a process of its own too: the limits and the watch on files stay for its lifetime.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import os
 import resource
+import select
 import shutil
 import signal
 import sys
+import tempfile
 import traceback
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -23,10 +28,10 @@ from unittest.mock import patch
 import numpy as np
 
 from simrecon.errors import SimreconError
-from tests.support import corpus, mutations, video_files
+from tests.support import corpus, mutations, own_files, video_files
 from tests.support.corpus import Sample
 
-SECONDS, MEMORY = 5.0, 1 << 30
+SECONDS, WAIT_S, MEMORY = 5.0, 60.0, 1 << 30
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 CHANGES = (
     "os.mkdir",
@@ -45,10 +50,10 @@ class TooLong(BaseException):
 
 
 class Watch:
-    """Notes what is written while it is awake, but for the cache of videos."""
+    """Notes what is written while it is awake, but for the cache of videos and folders that are ours."""
 
     def __init__(self, cache: Path) -> None:
-        self.cache = str(cache)
+        self.allowed = (str(cache), f"{tempfile.gettempdir()}/simrecon-", os.devnull)
         self.awake = False
         self.written: list[str] = []
         sys.addaudithook(self._hear)
@@ -57,7 +62,10 @@ class Watch:
         if not self.awake:
             return
         opened = event == "open" and isinstance(arguments[2], int) and arguments[2] & WRITING
-        if (opened or event in CHANGES) and self.cache not in str(arguments[0]):
+        place = str(arguments[0])
+        if (opened or event in CHANGES) and not any(word in place for word in self.allowed):
+            if place == "file" and arguments[-1] != -1:  # that of a parser's own folder, which is removed
+                return
             self.written.append(f"{event} {arguments[0]}")
 
 
@@ -81,7 +89,7 @@ def fault(sample: Sample, watch: Watch) -> str | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            corpus.read(sample)
+            (sample.reader or (lambda _: corpus.read(sample)))(sample.path)
     except SimreconError as error:
         if "\n" in str(error):
             return f"more than one line: {str(error)!r}"
@@ -93,6 +101,29 @@ def fault(sample: Sample, watch: Watch) -> str | None:
         watch.awake = False
         signal.setitimer(signal.ITIMER_PROF, 0)
     return f"wrote {watch.written}" if watch.written else None
+
+
+def apart(sample: Sample, watch: Watch) -> str | None:
+    """`fault` in a child."""
+    ours, theirs = os.pipe()
+    if (child := os.fork()) == 0:
+        said = ""
+        with contextlib.suppress(BaseException):
+            said = fault(sample, watch) or "-"
+        os.write(theirs, said.encode("utf-8", "replace")[:4000])
+        os._exit(0)
+    os.close(theirs)
+    with open(ours, "rb") as stream:
+        ready, _, _ = select.select([stream], [], [], WAIT_S)
+        if not ready:
+            os.kill(child, signal.SIGKILL)
+        words = stream.read().decode("utf-8", "replace")
+    _, status = os.waitpid(child, 0)
+    if not ready:
+        return f"more than {WAIT_S:g} s"
+    if os.WIFSIGNALED(status):
+        return f"signal {os.WTERMSIG(status)}"
+    return None if words == "-" else words or "no answer"
 
 
 def _place() -> str:
@@ -116,7 +147,7 @@ def main(folder: Path, seed: int, first: int, last: int) -> None:
     os.environ["SIMRECON_CACHE"] = str(folder / "cache")
     without_a_network()
     (folder / "cases").mkdir(parents=True)
-    samples = corpus.made(folder / "made") + corpus.cases(folder / "cases")
+    samples = corpus.made(folder / "made") + corpus.cases(folder / "cases") + own_files.made(folder / "own")
     watch = Watch(folder / "cache")
     for sample in samples:  # what is loaded on first use is loaded now
         fault(sample, watch)
@@ -126,7 +157,7 @@ def main(folder: Path, seed: int, first: int, last: int) -> None:
         sample = samples[number % len(samples)]
         place = folder / "now" / "one"
         path = mutations.mutate(sample.path, place / sample.path.name, rng)
-        said = fault(Sample(sample.format, path, sample.options), watch)
+        said = apart(replace(sample, path=path), watch)
         if said is not None:
             print(json.dumps({"number": number, "format": sample.format, "fault": said}), flush=True)
         shutil.rmtree(folder / "now")

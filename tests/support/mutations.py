@@ -22,6 +22,7 @@ WORDS = (
     b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e-320", b"0", b"-1", b"1", b"", b"x", b"9" * 30,
     b"2147483648", b"-2147483649", b"4294967296", b"1e9", b"1000000", b"0.0000001", b"\xff\xfe", b"null",
 )  # fmt: skip
+TEXTS = (".csv", ".mot", ".trc", ".bvh", ".json", ".jsonl", ".toml", ".yml", ".xml")
 SIZES = (0, 1, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0xFFFFFFFF, 1 << 40, (1 << 63) - 1)
 LEAVES: tuple[Any, ...] = (
     None, True, "", "x", "1e999", 0, -1, 1, 10**30, -(10**30), 2**31, 2**63, 1e308, -1e308, 1e-320,
@@ -39,7 +40,7 @@ def mutate(path: Path, target: Path, rng: Rng) -> Path:
     """A damaged copy of a file, or of a folder with one damaged file."""
     if path.is_dir():
         shutil.copytree(path, target)
-        files = sorted(target.iterdir())
+        files = sorted(file for file in target.rglob("*") if file.is_file())
         victim = files[rng.integers(len(files))]
         victim.write_bytes(damaged(victim, rng))
         return target
@@ -54,9 +55,9 @@ def damaged(path: Path, rng: Rng) -> bytes:
     """The bytes of a file after one kind of damage."""
     raw = path.read_bytes()
     kinds: list[Callable[[bytes, Rng], bytes]] = [flipped, cut, claimed, repeated]
-    if raw[:1] in b"{[H#PCs" or path.suffix in (".csv", ".mot", ".trc", ".bvh", ".json"):
+    if raw[:1] in b"{[H#PCs" or path.suffix in TEXTS:
         kinds += [worded, worded, lines]
-    if path.suffix == ".json":
+    if path.suffix == ".json" and raw[:1] in b"{[":
         kinds += [json_values] * 3
     if path.suffix in (".npz", ".npy", ".pkl", ".pt"):
         kinds += [arrays(path.suffix)] * 4

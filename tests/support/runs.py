@@ -18,6 +18,7 @@ from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
+from simrecon.plan import Plan
 from simrecon.sim.state import initial_state, simulate
 from simrecon.types import Array, Body, Camera, Evidence, KinematicFit, Lens, Scene, Window, WindowResult
 from tests.support.window_results import solved
@@ -141,14 +142,24 @@ def standing() -> Held:
 
 @pytest.fixture(scope="session")
 def run() -> Reconstruction:
-    """A squat of 0.3 s, seen at 30 Hz but for one dropped frame, reconstructed in two windows."""
+    """See `reconstructed`."""
+    return reconstructed()
+
+
+def hasty() -> Plan:
+    """A plan of two windows that takes a second."""
     quick = plans.read("quick")
-    plan = replace(
+    return replace(
         quick,
         window=replace(quick.window, length_s=0.2, overlap_s=0.1, knot_spacing_s=0.1),
         optimiser=replace(quick.optimiser, population=8, generations=3),
         kinematics=replace(quick.kinematics, evaluations=10),
     )
+
+
+def reconstructed() -> Reconstruction:
+    """A squat of 0.3 s, seen at 30 Hz but for one dropped frame, reconstructed in two windows."""
+    plan = hasty()
     body = person()
     evidence = seen(body, squat(body, np.linspace(0.0, 0.3, 10)))
     kept = np.delete(np.arange(10), 4)

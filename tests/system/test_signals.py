@@ -20,6 +20,21 @@ def test_a_signal_interrupts_and_the_handler_before_comes_back(number: signal.Si
     assert signal.getsignal(number) is before
 
 
+def test_the_exit_status_says_which_signal_it_was() -> None:
+    assert signals.exit_status(KeyboardInterrupt()) == 130
+    with pytest.raises(KeyboardInterrupt) as caught:
+        end_while_drawing()
+    assert signals.exit_status(caught.value) == 143
+
+
+def end_while_drawing() -> None:
+    with signals.interruptible():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt as error:
+            raise KeyboardInterrupt("all but the picture") from error
+
+
 def test_other_threads_than_the_main_one_leave_handlers_alone() -> None:
     handlers = [signal.getsignal(number) for number in signals.ENDING]
     inside: list[object] = []

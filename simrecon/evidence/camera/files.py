@@ -16,6 +16,7 @@ from simrecon.evidence.axes import AXES, to_z_up, vector
 from simrecon.evidence.camera import storage, tables
 from simrecon.evidence.camera.calibration import Calibration
 from simrecon.geometry import camera as cameras
+from simrecon.io.limits import MISFITS
 from simrecon.io.reading import TEXT_MAX_BYTES, read_bytes
 from simrecon.types import Array, Camera, Lens
 
@@ -53,7 +54,11 @@ def read(
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); give an existing camera file"
         ) from error
-    listed = storage.read(path, raw) if storage.matches(raw) else tables.read(path, raw)
+    try:
+        listed = storage.read(path, raw) if storage.matches(raw) else tables.read(path, raw)
+    except MISFITS as error:
+        reason = f"{type(error).__name__}: {error}"[:200]
+        raise InputError(f"{path}: found values that do not fit ({reason}); valid: a camera file") from error
     chosen, how = _choose(path, listed, name, hint)
     lens, scaled = _to_size(path, chosen, size_px)
     _check_lens(path, lens)

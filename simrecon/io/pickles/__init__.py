@@ -21,6 +21,7 @@ from collections.abc import Callable
 from typing import Any
 
 from simrecon.errors import InputError
+from simrecon.io.limits import allowed
 from simrecon.io.pickles.budget import Budget, check_tree
 from simrecon.io.pickles.machine import Machine, NotAllowedError, read_legacy
 from simrecon.io.pickles.tensors import Storages
@@ -56,18 +57,21 @@ def loads(source: str, content: bytes, storages: Storages | None = None) -> Any:
         InputError: damaged, too large, or it asks for a name that is not on the list, which the message
             gives.
     """
-    return _guarded(source, "pickle", lambda budget: Machine(io.BytesIO(content), budget, storages).run())
+    size = len(content)
+    return _guarded(
+        source, "pickle", size, lambda budget: Machine(io.BytesIO(content), budget, storages).run()
+    )
 
 
 def loads_legacy(source: str, content: bytes) -> Any:
     """The plain data in a file of torch's layout before 1.6; see `loads`."""
-    return _guarded(source, "torch file", lambda budget: read_legacy(content, budget))
+    return _guarded(source, "torch file", len(content), lambda budget: read_legacy(content, budget))
 
 
-def _guarded(source: str, noun: str, read: Callable[[Budget], Any]) -> Any:
+def _guarded(source: str, noun: str, size: int, read: Callable[[Budget], Any]) -> Any:
     try:
-        tree = read(Budget())
-        check_tree(tree)
+        tree = read(Budget(allowed(size)))
+        check_tree(tree, size)
     except NotAllowedError as error:
         raise InputError(
             f"{source}: found {str(error)!r} in the pickle, which is not run; valid: {VALID}"

@@ -1,0 +1,159 @@
+"""End `run`, `batch` and `bench` by signals, and fill their disk, at random moments; look at what is left.
+
+    python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--span 4]
+    python -m tools.bench.chaos_end CLIP -o OUT --full 20 --plan PLAN
+
+With `--moments`, each command is begun so often and gets SIGTERM or SIGINT, in turn. It must end within a
+minute with 143 or 130, or have ended before; print no traceback; leave no process; and leave nothing but a
+whole result or what a batch goes on from. With `--full`, `run` and `batch` begin so often in a folder whose
+file system is full after a random byte (Linux, needs the right to mount one): one line, and the same command
+ends well once there is space. All processes that get a signal were started here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from tools.bench.chaos_batch import children, gone
+
+ENDS = {signal.SIGTERM: (143, 130), signal.SIGINT: (130,)}
+LATEST_S = 60.0
+MEGABYTE = 1 << 20
+
+
+def command(name: str, clip: Path, output: Path, plan: str) -> list[str]:
+    """The command line of `run`, `batch` or `bench`."""
+    words = {
+        "run": ["run", str(clip), "-o", str(output / "run"), "--plan", plan, "--threads", "1"],
+        "batch": ["batch", str(clip), "-o", str(output / "night"), "--plan", plan, "--jobs", "1"],
+        "bench": ["bench", str(output / "suite.toml"), "-o", str(output / "bench"), "--plan", plan],
+    }
+    return [sys.executable, "-m", "simrecon", *words[name]]
+
+
+def family(pid: int) -> list[int]:
+    """Processes below a process."""
+    below = children(pid)
+    return below + [other for child in below for other in family(child)]
+
+
+def struck(words: list[str], number: signal.Signals, after_s: float) -> tuple[int, str, bool, bool]:
+    """Begin a command, and end it: its status, what it said, whether it was hit, whether any is left."""
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(after_s)
+    hit, pids = process.poll() is None, family(process.pid)
+    if hit:
+        process.send_signal(number)
+    try:
+        said = process.communicate(timeout=LATEST_S)[0]
+    except subprocess.TimeoutExpired:
+        process.kill()
+        said = process.communicate()[0] + "\nit did not end"
+    return process.returncode, said, hit, not gone(pids)
+
+
+def litter(folder: Path) -> list[str]:
+    """Names in a folder that belong to no whole result, batch or suite."""
+    odd = [path for path in folder.rglob("*") if ".partial" in path.name or ".earlier" in path.name]
+    odd += [path.parent for path in folder.glob("run/*") if not (folder / "run" / "motion.npz").is_file()]
+    return sorted({str(path.relative_to(folder)) for path in odd})
+
+
+def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: float, seed: int) -> int:
+    """The signals; how often something was wrong."""
+    numbers, bad = random.Random(seed), 0
+    for name in ("run", "batch", "bench"):
+        hits = 0
+        for i in range(moments):
+            place = output / f"{name}{i}"
+            shutil.rmtree(place, ignore_errors=True)
+            place.mkdir(parents=True)
+            if name == "bench":
+                (place / "suite.toml").write_text(
+                    f'[[clip]]\nname = "one"\nevidence = "{clip}"\ntruth = "{clip}"\n', encoding="utf-8"
+                )
+            number = tuple(ENDS)[i % 2]
+            after_s = numbers.uniform(0.3, span_s)
+            status, said, hit, left = struck(command(name, clip, place, plan), number, after_s)
+            hits += hit
+            found = litter(place)
+            faults = [
+                *([f"status {status}"] if hit and status not in (*ENDS[number], 0, 3) else []),
+                *(["a traceback"] if "Traceback" in said else []),
+                *(["a process is left"] if left else []),
+                *([f"litter {found}"] if found else []),
+            ]
+            if faults:
+                bad += 1
+                print(f"{name} {number.name} after {after_s:.2f} s: {', '.join(faults)}: {said[-600:]}")
+            else:
+                shutil.rmtree(place)
+        print(f"{name}: {moments} begun, {hits} hit", flush=True)
+    return bad
+
+
+def fill_at_random(clip: Path, output: Path, plan: str, times: int, seed: int) -> int:
+    """The full disk; how often something was wrong."""
+    numbers, bad, full = random.Random(seed), 0, 0
+    disk = output / "disk"
+    disk.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=32m", "tmpfs", str(disk)], check=True)
+    try:
+        for i in range(times):
+            name = ("run", "batch")[i % 2]
+            free = numbers.randrange(4096, MEGABYTE)
+            filler = disk / "filler"
+            filler.write_bytes(bytes(shutil.disk_usage(disk).free - free))
+            words = command(name, clip, disk / "out", plan)
+            (disk / "out").mkdir()
+            first = subprocess.run(words, capture_output=True, text=True, check=False)
+            filler.unlink()
+            again = subprocess.run(words, capture_output=True, text=True, check=False)
+            full += first.returncode not in (0, 3)
+            lines = [line for line in first.stderr.splitlines() if "error" in line]
+            if "Traceback" in first.stderr or len(lines) > 1 or again.returncode not in (0, 3):
+                bad += 1
+                said = f"{first.returncode} {first.stderr[-600:]} {again.stderr[-300:]}"
+                print(f"{name} with {free} bytes: {said}")
+            for path in disk.iterdir():
+                shutil.rmtree(path)
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+    print(f"disk: {times} times, {full} of them full", flush=True)
+    return bad
+
+
+def main() -> int:
+    """Do one of the two, print what was wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("-o", dest="output", type=Path, required=True)
+    parser.add_argument("--plan", default="quick")
+    parser.add_argument("--moments", type=int, default=50)
+    parser.add_argument("--span", type=float, default=4.0, help="s, the latest moment")
+    parser.add_argument("--full", type=int, default=0, help="times that the disk is filled instead")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    clip, output = options.clip.resolve(), options.output.resolve()
+    began = time.monotonic()
+    if options.full:
+        bad = fill_at_random(clip, output, options.plan, options.full, options.seed)
+    else:
+        bad = end_at_random(clip, output, options.plan, options.moments, options.span, options.seed)
+    print(f"{bad} with faults, {time.monotonic() - began:.0f} s")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    raise SystemExit(main())
