@@ -18,6 +18,8 @@ from simrecon.evidence.keypoints import pixels
 from simrecon.types import Array, Evidence
 
 STATURE_M = (0.4, 2.6)
+BELIEVED_M = (0.1, 10.0)
+"""Of a doll or a giant whose unit the user says."""
 ENOUGH = 3
 """Lengths of the body that tell its stature."""
 SPEED_MPS = 15.0
@@ -31,6 +33,7 @@ ACROSS_SHARE = 0.9
 FLOOR_M = (-0.1, 0.25)
 """Of the lowest joint of a clip of motion capture over its floor: ankles alone are 0.1 m over the sole."""
 FEET = ("ankle", "heel", "toe", "mtp")
+_FLOOR = "floor: found the lowest of the feet at "
 
 
 def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evidence:
@@ -39,16 +42,18 @@ def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evi
     Args:
         evidence: in metres.
         source: name of the file, for messages.
-        unit_given: whether the user says what its unit is, who is believed.
+        unit_given: whether the user says what its unit is, who is believed as far as a body can be made.
 
     Raises:
         InputError: no person has such a stature, and the source is one that knows it.
     """
     lines = [_rate(evidence), _across(evidence)]
     if evidence.joint_names and {name.lower() for name in evidence.joint_names} <= set(names.valid_names()):
-        tall = _stature(evidence)
-        if tall and trust.of(evidence).metric and not unit_given:
-            raise InputError(f"{source}: {tall}; --unit says what the file's lengths are in")
+        tall = _stature(evidence, BELIEVED_M if unit_given else STATURE_M)
+        if tall and trust.of(evidence).metric:
+            how = "another --unit" if unit_given else "--unit says what the file's lengths are in"
+            raise InputError(f"{source}: {tall}{', or ' if unit_given else '; '}{how}")
+        tall = tall or _stature(evidence, STATURE_M)
         lines.append(tall)
         if evidence.joints_frame == "world":
             lines += [_root(evidence), _floor(evidence)]
@@ -56,10 +61,18 @@ def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evi
     return replace(evidence, reading="\n".join(filter(None, [evidence.reading, *found])))
 
 
-def _stature(evidence: Evidence) -> str:
+def with_items(evidence: Evidence, count: int) -> Evidence:
+    """Evidence without the line of its reading that asks for a scene, if there is one with items."""
+    if not count:
+        return evidence
+    kept = [line for line in evidence.reading.split("\n") if not line.startswith(_FLOOR)]
+    return replace(evidence, reading="\n".join(kept))
+
+
+def _stature(evidence: Evidence, bounds: tuple[float, float]) -> str:
     lengths = bodies.measure(evidence)
     height = bodies.stature_m(bodies.scaled(lengths))
-    low, high = STATURE_M
+    low, high = bounds
     if len(lengths) < ENOUGH or low <= height <= high:
         return ""
     return f"stature: found {height:.3g} m; valid: {low:g} to {high:g} m"
@@ -144,4 +157,4 @@ def _floor(evidence: Evidence) -> str:
     if low <= lowest <= high:
         return ""
     valid = f"{low:g} to {high:g} m, or a scene with what they stand on; without one it is laid there"
-    return f"floor: found the lowest of the feet at {lowest:.2f} m; valid: {valid}"
+    return f"{_FLOOR}{lowest:.2f} m; valid: {valid}"

@@ -14,7 +14,7 @@ from simrecon import trust
 from simrecon.body import ShapeRequest, model_file, names, shape
 from simrecon.body.shape import ShapeSpace
 from simrecon.errors import InputError
-from simrecon.evidence import upright
+from simrecon.evidence import plausible, upright
 from simrecon.evidence.camera import files, fov, hidden
 from simrecon.evidence.video import frames
 from simrecon.evidence.video.frames import Info
@@ -63,7 +63,7 @@ def seen(job: Job, progress: Progress | None = None) -> Evidence:
     """
     evidence = _read(job, progress) if job.detected is None else readers.read(job.detected)
     readers.check_names(evidence, names.valid_names(), _source(job))
-    return evidence
+    return plausible.with_items(evidence, len(job.scene.items))
 
 
 def told(job: Job, evidence: Evidence) -> Evidence:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from simrecon.errors import InputError
-from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io import tables
 from simrecon.io.reading import read_text
 from simrecon.io.tables import number
@@ -30,8 +29,8 @@ class Source:
 class Person:
     """`person`: who was simulated."""
 
-    height_m: float = number(*HEIGHT_RANGE_M)
-    mass_kg: float = number(*MASS_RANGE_KG)
+    height_m: float = number(0.1, 10.0)  # as fitted or estimated, beyond what may be said
+    mass_kg: float = number(0.1, 1e4)
     betas: tuple[float, ...] = tables.option(())
     shape_space: str = tables.option("")
 

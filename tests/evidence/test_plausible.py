@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
+from simrecon import scene
 from simrecon.errors import InputError
 from simrecon.evidence import plausible
-from simrecon.types import Evidence
+from simrecon.job import Job, inputs
+from simrecon.types import Evidence, Scene
+from tools import CHECKOUT
 
 T = 60
 
@@ -47,12 +50,16 @@ def test_people_of_all_sizes_pass_without_a_word(tall_m: float) -> None:
     assert said(person(tall_m)) == []
 
 
-@pytest.mark.parametrize("tall_m", [0.069, 0.3, 2.9])
+@pytest.mark.parametrize("tall_m", [0.069, 0.3, 2.9, 12.0])
 def test_an_impossible_stature_is_refused_unless_the_user_says_the_unit(tall_m: float) -> None:
     line = f"stature: found {tall_m:.3g} m; valid: 0.4 to 2.6 m"
     with pytest.raises(InputError, match=f"^clip.bvh: {line}; --unit"):
         said(person(tall_m))
-    assert line in said(person(tall_m), unit_given=True)
+    if 0.1 < tall_m < 10.0:
+        assert line in said(person(tall_m), unit_given=True)
+    else:
+        with pytest.raises(InputError, match=r"valid: 0\.1 to 10 m, or another --unit"):
+            said(person(tall_m), unit_given=True)
     assert said(person(tall_m, worth="world"))[0] == line  # an estimate that isn't metric may be of any size
 
 
@@ -93,3 +100,12 @@ def test_unknown_names_are_left_to_those_who_check_them() -> None:
     odd = person()
     odd = replace(odd, joint_names=("left_kneee", *odd.joint_names[1:]))
     assert said(odd) == []
+
+
+def test_who_stands_on_something_of_the_scene_is_not_asked_for_one() -> None:
+    case = CHECKOUT / "tests" / "data" / "cases" / "bvh_stands_on_platform.bvh"
+    platform = scene.read(case.with_name("platform.toml"))
+    bare, seen = (inputs.observe(Job(str(case), "", scene=place)) for place in (Scene(), platform))
+    assert "a scene with what they stand on" in bare.reading
+    assert "floor: found" not in seen.reading
+    assert seen.reading.startswith("BVH: ")

@@ -12,7 +12,7 @@ import pytest
 from simrecon import body as bodies
 from simrecon import cli, evidence, kinematics, results, scene
 from simrecon import plan as plans
-from simrecon.evidence import Options
+from simrecon.evidence import Options, Span
 from simrecon.types import KinematicFit, Scene
 
 CASES = Path(__file__).resolve().parents[1] / "data" / "cases"
@@ -68,6 +68,52 @@ def test_a_height_alone_is_that_of_the_fit() -> None:
     assert fit.body.height_m == pytest.approx(1.75, rel=0.02)
     assert thigh(fit) == pytest.approx(0.41 * 1.75 / 1.71, rel=0.01)
     assert np.mean(list(off.values())) < 0.01
+
+
+def hips(fit: KinematicFit) -> np.ndarray:
+    """The middle of the hips (T, 3)."""
+    points, names = kinematics.configurations(fit.body, fit.qpos)[1], fit.body.skeleton.point_names
+    return np.asarray(points[:, [names.index(f"{side}_hip") for side in ("left", "right")]].mean(axis=1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "travel_m"), [("mass_bvh/walk.bvh", 1.36), ("walking2.trc", 1.69)])
+def test_recorded_walks_keep_their_length(shared_data: Path, file: str, travel_m: float) -> None:
+    place = hips(recorded(shared_data, file))
+    assert np.linalg.norm(place[-1, :2] - place[0, :2]) == pytest.approx(travel_m, abs=0.02)
+
+
+@pytest.mark.slow
+def test_a_recorded_somersault_stays_in_the_air_and_a_drop_begins_on_its_box(shared_data: Path) -> None:
+    """No scene has the box."""
+    assert hips(recorded(shared_data, "mass_bvh/backflip.bvh", 4))[60 // 4, 2] == pytest.approx(
+        1.41, abs=0.02
+    )
+    dropped = hips(recorded(shared_data, "DJ1.trc", 3))[:, 2]
+    assert dropped.min() == pytest.approx(0.51, abs=0.02)
+    assert dropped.max() == pytest.approx(1.25, abs=0.02)
+
+
+def recorded(data: Path, file: str, every: int = 1) -> KinematicFit:
+    """The fit of a recorded motion, without a scene."""
+    folder = data / ("mocap" if file.endswith("bvh") else "grf/opencap_subject4")
+    seen = evidence.read(folder / file, Options(span=Span(every=every)))
+    return kinematics.fit(seen, Scene(), plans.read("default").kinematics)
+
+
+@pytest.mark.slow
+def test_a_recorded_walk_is_simulated_within_25_mm(shared_data: Path, tmp_path: Path) -> None:
+    case = ["run", str(shared_data / "mocap" / "mass_bvh" / "walk.bvh"), "--every", "4"]
+    assert cli.main([*case, "-o", str(tmp_path / "out")]) == 0
+    seen = evidence.read(Path(case[1]), Options(span=Span(every=4)))
+    motion = results.read_motion(tmp_path / "out")
+    off = [
+        np.linalg.norm(motion.joints_m[:, motion.joint_names.index(name)] - seen.joints_m[:, i], axis=-1)
+        for i, name in enumerate(seen.joint_names)
+        if name != "neck" and name in motion.joint_names
+    ]
+    assert len(off) >= 12
+    assert np.mean(off) < 0.025
 
 
 @pytest.mark.slow

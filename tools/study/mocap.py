@@ -97,16 +97,18 @@ def clips(data: Path, folder: Path) -> Iterator[tuple[str, Evidence | InputError
         except InputError as error:
             yield path.name, error
     for path in sorted((data / "truth").glob("synth_*.npz")):
-        with np.load(path) as truth:
-            yield (
-                path.stem,
-                from_arrays(
-                    truth["times_s"],
-                    joint_names=[str(name) for name in truth["joint_names"]],
-                    joints_m=truth["joints_m"],
-                    trust="mocap",
-                ),
-            )
+        yield path.stem, recorded(path)
+
+
+def recorded(path: Path) -> Evidence:
+    """The recorded motion behind a clip `synth_*` as motion capture."""
+    with np.load(path) as truth:
+        return from_arrays(
+            truth["times_s"],
+            joint_names=[str(name) for name in truth["joint_names"]],
+            joints_m=truth["joints_m"],
+            trust="mocap",
+        )
 
 
 def shortened(seen: Evidence, seconds: float) -> Evidence:
