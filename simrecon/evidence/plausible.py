@@ -14,6 +14,7 @@ from simrecon import body as bodies
 from simrecon import trust
 from simrecon.body import names
 from simrecon.errors import InputError
+from simrecon.evidence import flight
 from simrecon.evidence.keypoints import pixels
 from simrecon.types import Array, Evidence
 
@@ -57,6 +58,7 @@ def checked(evidence: Evidence, source: str, *, unit_given: bool = False) -> Evi
         lines.append(tall)
         if evidence.joints_frame == "world":
             lines += [_root(evidence), _floor(evidence)]
+            lines += [flight.check(evidence)] if trust.of(evidence).metric else []
     found = [line for line in lines if line]
     return replace(evidence, reading="\n".join(filter(None, [evidence.reading, *found])))
 

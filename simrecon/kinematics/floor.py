@@ -42,18 +42,19 @@ def _spread(frames: int) -> IntArray:
 
 
 def _skin(
-    problem: Problem, variables: Variables, parts: tuple[Primitive, ...], rows: IntArray
+    problem: Problem, variables: Variables, parts: tuple[Primitive, ...], rows: IntArray, *, toes: bool = True
 ) -> tuple[Array, Array, Array]:
     """Points on the surface of the left foot, the right foot and the whole body, in some frames."""
     state = State(problem, variables)
     pose = forward.at(state.pose, rows)
-    return ground.skin(problem.skeleton, parts, pose, state.scale, variables.sole_m)
+    return ground.skin(problem.skeleton, parts, pose, state.scale, variables.sole_m, toes=toes)
 
 
 def height_m(problem: Problem, variables: Variables, parts: tuple[Primitive, ...]) -> float:
     """Height of a level floor in the world of the fit (`ground.level`)."""
     rows = _spread(problem.frames)
-    return ground.level(*_skin(problem, variables, parts, rows), problem.observations.standing[:, rows])
+    skin = _skin(problem, variables, parts, rows, toes=False)
+    return ground.level(*skin, problem.observations.standing[:, rows])
 
 
 def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ...], *, tilt: bool) -> Array:

@@ -158,8 +158,7 @@ def level(left_m: Array, right_m: Array, body_m: Array, standing: Array) -> floa
     """Height of a level floor under a body whose heights are right, m.
 
     It is the lowest level on which the feet stand: elsewhere they stand on things, and nobody stands in the
-    floor. In a few frames the sole is too low, because the toes of a foot that pushes off are not bent. Where
-    no foot ever stands the floor is where the body is lowest, but for errors.
+    floor. Where no foot ever stands the floor is where the body is lowest, but for errors.
 
     Args:
         left_m: (T, P, 3) points of the left foot.
@@ -177,7 +176,13 @@ def level(left_m: Array, right_m: Array, body_m: Array, standing: Array) -> floa
 
 
 def skin(
-    skeleton: Skeleton, primitives: Sequence[Primitive], pose: forward.Pose, scale: float, sole_m: float
+    skeleton: Skeleton,
+    primitives: Sequence[Primitive],
+    pose: forward.Pose,
+    scale: float,
+    sole_m: float,
+    *,
+    toes: bool = True,
 ) -> tuple[Array, Array, Array]:
     """Points on the surface of the posed primitives: left foot, right foot, whole body; (T, P, 3) each.
 
@@ -187,6 +192,8 @@ def skin(
         pose: of its segments, scaled.
         scale: factor on all lengths.
         sole_m: how far the feet are lower than that.
+        toes: whether feet reach beyond their balls. Who stands on the ball of a foot bends the toes, which
+            this body cannot.
     """
     parts = []
     for part in primitives:
@@ -196,6 +203,9 @@ def skin(
         points = scale * surface.samples(part.kind, values)[0]
         if part.name.endswith("_foot"):
             points = points - sole_m * UP
+            if not toes:
+                ball = skeleton.point_names.index(part.name.replace("_foot", "_mtp"))
+                points[:, 0] = np.minimum(points[:, 0], scale * skeleton.point_offsets_m[ball, 0])
         segments = np.full(len(points), skeleton.names.index(part.segment))
         parts.append(np.swapaxes(forward.points(pose, segments, points), 0, 1))
     names = [part.name for part in primitives]

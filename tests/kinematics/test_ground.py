@@ -33,6 +33,30 @@ def test_the_surface_touches_the_floor(skin: Skin) -> None:
     assert np.minimum(left[..., 2].min(axis=1), right[..., 2].min(axis=1)) == pytest.approx(lowest, abs=1e-9)
 
 
+@pytest.mark.parametrize("pitch_rad", [0.0, 0.3])
+def test_who_stands_on_the_ball_of_a_foot_has_the_floor_there_and_not_at_the_tip(
+    make: Makers, pitch_rad: float
+) -> None:
+    walk = make.walking(2)
+    parts, rotvecs = primitives.make(walk.skeleton, 1.75, 70.0, 0.0), 0 * walk.rotvecs
+    ankle = walk.skeleton.names.index("left_ankle")
+    rotvecs[ankle] = [0.0, pitch_rad, 0.0]  # toes down
+    base = np.broadcast_to(np.eye(3), (2, 3, 3))
+    pose = forward.forward(walk.skeleton, walk.root_m, base, rotvecs, 1.0)
+    (tip, *_, whole), (ball, *_, same) = (
+        ground.skin(walk.skeleton, parts, pose, 1.0, 0.0, toes=toes) for toes in (True, False)
+    )
+    skeleton = walk.skeleton
+    at = [skeleton.point_names.index(f"left_{name}") for name in ("heel", "toe", "mtp")]
+    heel, toe, _ = forward.points(pose, skeleton.point_segments[at], skeleton.point_offsets_m[at])
+    down = (heel - toe)[:, 2] / np.linalg.norm(heel - toe, axis=-1)
+    toes_m = float(np.ptp(skeleton.point_offsets_m[at[1:], 0]))
+    rise = ball[..., 2].min(axis=1) - tip[..., 2].min(axis=1)
+    np.testing.assert_allclose(rise, toes_m * down, atol=0.008)
+    assert down.min() > 0.3
+    assert whole.shape == same.shape
+
+
 def test_the_gradient_is_that_of_finite_differences(skin: Skin) -> None:
     left, right, body = skin
     parts, plane = ((1.0, left), (1.0, right), (2.0, body)), np.array([0.05, -0.08, 0.03])
