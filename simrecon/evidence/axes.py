@@ -17,6 +17,11 @@ UNIT_RANGE_M = (1e-6, 1e3)
 """Metres in a unit that a user may say."""
 GUESSED = ("m", "cm", "mm")
 NUMBERS = "or metres in one, such as 0.0564"
+WORDS = {
+    "meters": "m", "metres": "m", "meter": "m", "metre": "m", "millimeters": "mm", "centimeters": "cm",
+    "inch": "in", "inches": "in", "foot": "ft", "feet": "ft",
+}  # fmt: skip
+"""Other names of units in files."""
 
 # A standing person's height, m: outside of it a unit is not believed.
 STATURE_RANGE_M = (1.2, 2.3)
@@ -155,9 +160,8 @@ def find_unit(
         return (choice if isinstance(choice, str) else f"{choice:.6g} m"), "as given"
     valid = f"--unit {', '.join(UNITS_M)}, {NUMBERS}"
     if stated is not None:
-        unit = {"meters": "m", "metres": "m", "meter": "m", "millimeters": "mm", "centimeters": "cm"}.get(
-            stated.strip().lower(), stated.strip().lower()
-        )
+        word = stated.strip().lower()
+        unit = WORDS.get(word, word)
         if unit not in UNITS_M:
             raise InputError(f"{source}: unit: found {stated!r}; valid: {valid}")
         return unit, "as the file says"

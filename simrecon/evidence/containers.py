@@ -8,6 +8,8 @@ from pathlib import Path
 _VIDEO = (b"\x1a\x45\xdf\xa3", b"RIFF", b"\x00\x00\x01\xba", b"\x00\x00\x01\xb3", b"FLV")
 _MOVIE_BOXES = (b"ftyp", b"moov", b"mdat", b"wide")
 _NPY = b"\x93NUMPY"
+UTF16 = (b"\xff\xfe", b"\xfe\xff")
+"""The first bytes of text in two bytes a letter, as some programs of Windows write it."""
 
 
 def kind(path: Path, head: bytes) -> str:
@@ -22,6 +24,8 @@ def kind(path: Path, head: bytes) -> str:
         return "c3d"
     if head[:1] == b"\x80" or _is_compressed(head):
         return "pickle"
+    if head.startswith(UTF16):
+        return "text"
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith((b"{", b"[")):
         return "json"

@@ -54,9 +54,9 @@ class Content:
 
     @cached_property
     def text(self) -> str:
-        """The file as text, UTF-8 or Latin-1."""
+        """The file as text: UTF-16 with its mark, UTF-8 or Latin-1."""
         try:
-            return self.raw.decode("utf-8-sig")
+            return self.raw.decode("utf-16" if self.raw.startswith(containers.UTF16) else "utf-8-sig")
         except UnicodeDecodeError:
             return self.raw.decode("latin-1")
 

@@ -212,6 +212,8 @@ def _seen(content: Content) -> str:
     keys = list(content.tree)[:8] if isinstance(content.tree, dict) else []
     kinds = {"npz": "an .npz", "torch": "a torch file", "npy": "an .npy", "json": "JSON", "c3d": "C3D"}
     what = kinds.get(content.kind, f"a {content.kind}" if content.kind != "unknown" else "a file")
+    if content.kind == "unknown" and not content.raw:
+        what = "an empty file, which is"
     return what + (f" with {', '.join(map(str, keys))}" if keys else "")
 
 

@@ -75,7 +75,7 @@ def test_a_format_can_be_forced_but_not_upon_another(tmp_path: Path) -> None:
 
 UNKNOWN = {
     "text": (b"hello", "a text of no known format"),
-    "nothing": (b"", "a file of no known format"),
+    "nothing": (b"", "an empty file, which is of no known format"),
     "zeros": (bytes(1000), "a file of no known format"),
     "json": (b'{"a": 1}', "JSON with a of no known format"),
     "json list": (b"[1, 2]", "JSON of no known format"),

@@ -97,10 +97,15 @@ BVH = {
         "unfinished",
     ),
     "NaN": (lambda text: text.rsplit(" ", 1)[0] + " nan\n", "MOTION: found no number at frame 11"),
-    "text": (lambda text: text.rsplit(" ", 1)[0] + " abc\n", "MOTION: found could not convert"),
+    "text": (
+        lambda text: text.rsplit(" ", 1)[0] + " abc\n",
+        "MOTION: found 'abc'; valid: numbers with a point",
+    ),
     "too many frames claimed": (change("Frames: 12", "Frames: 2000000000"), "MOTION: found"),
     "more frames claimed": (change("Frames: 12", "Frames: 13"), "values for 13 frames"),
-    "no frame time": (change("Frame Time: 0.0333333", "Frame Time: 0"), "MOTION: found"),
+    "no frame time": (change("Frame Time: 0.0333333", "Frame Time: 0"), "Frame Time: found 0 s"),
+    "a rate for a time": (change("Frame Time: 0.0333333", "Frame Time: 30"), "Frame Time: found 30 s; valid"),
+    "a comma": (change("Frame Time: 0.0333333", "Frame Time: 0,0333"), "MOTION: found 'Frames: 12"),
     "unknown channel": (change("Zrotation", "Wrotation"), "CHANNELS: found Wrotation"),
     "two roots": (change("ROOT Hips", "ROOT A\n{\n}\nROOT Hips"), "a second ROOT"),
     "not a person": (
@@ -119,6 +124,18 @@ BVH = {
 def test_bad_bvh_gives_one_clear_line(tmp_path: Path, name: str) -> None:
     spoil, found = BVH[name]
     assert_refused(written(tmp_path, spoil(foreign.bvh()[0])), Options(), found)
+
+
+def test_a_frame_time_that_is_none_is_replaced_by_a_rate(tmp_path: Path) -> None:
+    path = written(tmp_path, foreign.bvh()[0].replace("Frame Time: 0.0333333", "Frame Time: 33.3"))
+    np.testing.assert_allclose(np.diff(evidence.read(path, Options(fps=30.0)).times_s), 1 / 30)
+
+
+@pytest.mark.parametrize("code", ["utf-16", "utf-8-sig"])
+def test_text_in_two_bytes_a_letter_and_with_a_mark_is_read(tmp_path: Path, code: str) -> None:
+    path = tmp_path / "clip.bvh"
+    path.write_text(foreign.bvh()[0], encoding=code)
+    assert len(evidence.read(path).times_s) == 12
 
 
 def assert_refused(path: Path, options: Options, *parts: str) -> None:

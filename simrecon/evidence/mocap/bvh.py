@@ -23,10 +23,13 @@ SHOWN = 60  # names of joints in a message
 FEW = 5  # frames, among which none is apart
 APART, APART_SIZE = 4.0, 0.2
 
+INTERVAL_S = (1e-4, 1.0)
+"""Between frames; what is beyond is milliseconds, a frame rate, or nothing."""
+
 
 def matches(content: Content) -> bool:
     """Whether the file is BVH."""
-    return content.kind == "text" and content.raw[:64].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"HIERARCHY")
+    return content.kind == "text" and content.text[:64].lstrip().startswith("HIERARCHY")
 
 
 def read(content: Content, options: Options) -> Evidence:
@@ -42,6 +45,9 @@ def read(content: Content, options: Options) -> Evidence:
         notes.append("the first frame is left out: a pose apart from the motion")
     rest = hierarchy.rest(joints)
     at_rest = {name: rest[index] for name, index in at.items()}
+    if options.fps is None and not INTERVAL_S[0] < interval_s < INTERVAL_S[1]:
+        low, high = INTERVAL_S
+        raise content.fail("Frame Time", f"{interval_s:g} s", f"{low:g} to {high:g} s, or --fps")
     rate = interval_s if options.fps is None else 1 / options.fps
     return points_evidence(
         content,

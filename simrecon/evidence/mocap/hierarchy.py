@@ -36,7 +36,7 @@ class Joint:
 
 
 def parse(content: Content) -> tuple[list[Joint], float, Array]:
-    """Joints, the frame interval in s, and the channels' values (T, C).
+    """Joints, the frame interval in s as it stands there, and the channels' values (T, C).
 
     Raises:
         InputError: damaged.
@@ -52,14 +52,15 @@ def parse(content: Content) -> tuple[list[Joint], float, Array]:
         named = words[0].lower() == "frames:" and [w.lower() for w in words[2:4]] == ["frame", "time:"]
     except (IndexError, ValueError):
         frames, interval, named = 0, 0.0, False
-    if not named or not 0 < frames <= FRAMES_MAX or not 1e-4 < interval < 1:
+    if not named or not 0 < frames <= FRAMES_MAX:
         head = " ".join(tail.split(maxsplit=5)[:5])
         raise content.fail("MOTION", repr(head), "Frames: N, then Frame Time: seconds")
     numbers = words[5] if len(words) > 5 else ""
     try:
         values = np.array(numbers.split(), dtype=np.float64)
     except ValueError as error:
-        raise content.fail("MOTION", str(error), "numbers") from error
+        found = str(error).removeprefix("could not convert string to float: ")
+        raise content.fail("MOTION", found, "numbers with a point") from error
     if len(values) != frames * width:
         there = (
             f"{counted(len(values), 'value')} for {counted(frames, 'frame')} of {counted(width, 'channel')}"

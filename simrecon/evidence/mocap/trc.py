@@ -42,7 +42,7 @@ class Table:
 
 def matches(content: Content) -> bool:
     """Whether the file is TRC."""
-    return content.kind == "text" and content.raw[:64].lstrip(b"\xef\xbb\xbf").startswith(b"PathFileType")
+    return content.kind == "text" and content.text[:64].startswith("PathFileType")
 
 
 def matches_mot(content: Content) -> bool:
@@ -105,7 +105,8 @@ def parse(content: Content) -> Table:
     places = values[:, 2:].reshape(len(rows), len(labels), 3)
     places[(places == 0).all(axis=-1)] = np.nan  # how some programs write a marker that wasn't seen
     places[np.isnan(places).any(axis=-1)] = np.nan
-    return Table(labels, times, places, header.get("units", ""), tuple(notes))
+    unit = header.get("units", "")
+    return Table(labels, times, places, "" if unit[:1].isdigit() else unit, tuple(notes))  # of an empty cell
 
 
 def _labels(content: Content, lines: Sequence[str]) -> list[str]:
@@ -153,7 +154,8 @@ def _values(content: Content, rows: Sequence[tuple[int, list[str]]], width: int)
         try:
             values[i, : len(cells)] = [np.nan if _UNSEEN.fullmatch(cell) else float(cell) for cell in cells]
         except ValueError as error:
-            raise content.fail(f"line {number}", str(error), "numbers, tab-separated") from error
+            found = str(error).removeprefix("could not convert string to float: ")
+            raise content.fail(f"line {number}", found, "numbers with a point, tab-separated") from error
     return values
 
 
