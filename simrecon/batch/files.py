@@ -21,9 +21,13 @@ VIDEOS = (".mp4", ".mov", ".avi", ".mkv", ".webm")
 def find(text: str) -> list[tuple[Path, Path | None]]:
     """Files, and the folder in which each was found if it was not named itself."""
     path = Path(text).expanduser()
-    if path.is_file():
+    try:
+        is_file, is_folder = path.is_file(), path.is_dir()
+    except OSError as error:  # a name that no file can have
+        raise InputError(f"{text[:80]}: cannot be looked for: {error.strerror}") from error
+    if is_file:
         return [(path, None)]
-    if path.is_dir():
+    if is_folder:
         return [(item, path) for item in _inside(path)] if not _is_clip(path) else [(path, None)]
     matches = sorted(glob.glob(str(path), recursive=True))
     if not matches:

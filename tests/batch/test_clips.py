@@ -99,6 +99,11 @@ def test_rows_that_a_spreadsheet_left_empty_are_none(tmp_path: Path, rest: str) 
     assert (clip.plan, clip.options) == ("quick", {"height_m": 1.71})
 
 
+def test_a_name_that_no_file_can_have_is_one_clear_line() -> None:
+    with pytest.raises(InputError, match=r"^x{80}: cannot be looked for: File name too long$"):
+        clips.collect(["x" * 5000])
+
+
 def test_cells_that_a_spreadsheet_left_empty_after_a_row_are_none(tmp_path: Path) -> None:
     touch(tmp_path, "a.npz")
     (tmp_path / "night.csv").write_text("input,mass_kg\na.npz,60,,\n", encoding="utf-8")

@@ -60,6 +60,7 @@ CLIPS: Mapping[str, Clip] = {
     "run.bvh": Clip("mocap/mass_bvh/run.bvh"),
     "kick.bvh": Clip("mocap/mass_bvh/kick.bvh", "flips"),
     "backflip.bvh": Clip("mocap/mass_bvh/backflip.bvh", "flips"),
+    "backflip.bvh, 45 Hz": Clip("mocap/mass_bvh/backflip.bvh", "flips", reading=Reading(fps=45.0)),
     "dance.bvh": Clip("mocap/mass_bvh/dance.bvh"),
     "walking2.trc": Clip("grf/opencap_subject4/walking2.trc", person=SUBJECT),
     "DJ1.trc, box": Clip("grf/opencap_subject4/DJ1.trc", person=SUBJECT, scene=DROP_BOX),
