@@ -78,7 +78,7 @@ def test_what_is_there_is_kept(making: possible.Making, monkeypatch: pytest.Monk
     possible.make(replace(making, plan="default"), [MOTION])
     assert len(calls) == 3
     listed = json.loads((making.folder / "possible.json").read_text(encoding="utf-8"))
-    assert [(row["name"], row["plan"], row["mass_kg"]) for row in listed] == [("stand", "default", 70.0)]
+    assert [(row["name"], row["plan"], row["height_m"]) for row in listed] == [("stand", "default", 1.7)]
 
 
 @pytest.mark.parametrize(

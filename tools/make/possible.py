@@ -170,7 +170,7 @@ def _made(making: Making, motion: Motion) -> dict[str, Any]:
     if content["kept"]:
         arguments = [folder / "result", motion.name, making.folder, motion.view]
         subprocess.run([sys.executable, str(making.observer), *map(str, arguments)], check=True)
-    content = {"name": motion.name, "key": key, **content, **asked, "versions": provenance.versions()}
+    content = asked | {"key": key, **content, "versions": provenance.versions()}
     atomic.write_json(record, content)
     return content
 
