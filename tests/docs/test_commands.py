@@ -39,7 +39,7 @@ NOT_RUN = {
     r"simrecon batch .* --scheduler ": "needs a cluster",
     r"python -m tools\.ops\.slurm_batch ": "needs Slurm",
     r"simrecon bench [a-z]+ --data DIR ": "takes hours, on clips of one's own",
-    r"python -m tools\.study\.(mocap|simulated) --data DATA ": "takes an hour, on clips of one's own",
+    r"python -m tools\.(study|make)\.[a-z]+ --data DATA ": "takes an hour, on clips of one's own",
 }
 """Commands that cannot run here, by pattern, and why."""
 REPLACED = {"--betas=…": "--betas=0.5", "/shared/night": "out/night"}
