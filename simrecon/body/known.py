@@ -32,7 +32,7 @@ def of_mjcf(text: str, height_m: float) -> Body:
         bodies = np.array([model.body(name).id for name in unit.names])
         sites = np.array([model.site(name).id for name in unit.point_names])
         parts = tuple(_primitive(model, spec, entry) for entry in primitives.entries())
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         raise InputError(f"model of the person: {error}; valid: the model of a result") from error
     skeleton = replace(
         unit,

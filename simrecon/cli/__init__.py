@@ -36,7 +36,8 @@ def main(argv: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        status = _status(sys.argv[1:] if argv is None else argv)
+        with signals.interruptible():
+            status = _status(sys.argv[1:] if argv is None else argv)
         sys.stdout.flush()
     except BrokenPipeError:  # of `simrecon … | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end
@@ -50,7 +51,7 @@ def _status(words: list[str]) -> int:
         parsed = _parser(words).parse_args(words)
         from simrecon.sim.quiet import unwarned  # not before help is shown: it imports MuJoCo
 
-        with signals.interruptible(), unwarned():  # rollouts that diverge are expected, and counted
+        with unwarned():  # rollouts that diverge are expected, and counted
             done: int = parsed.command(parsed)
             return done
     except SystemExit as end:  # argparse, after -h and --version
@@ -58,9 +59,10 @@ def _status(words: list[str]) -> int:
     except BrokenPipeError:
         raise
     except KeyboardInterrupt as error:
-        print(f"simrecon: interrupted, {printable(str(error)) or NOTHING}", file=sys.stderr)
-        return signals.exit_status(error)
+        return _interrupted(error)
     except Exception as error:
+        if (ended := signals.received()) is not None:
+            return _interrupted(ended)
         debug = "--debug" in words
         if debug:
             traceback.print_exc()
@@ -71,6 +73,12 @@ def _status(words: list[str]) -> int:
             message = f"{type(error).__name__}: {message}{'' if debug else '; --debug shows where'}"
         print("simrecon: error:", printable(" ".join(message.split())), file=sys.stderr)
         return status
+
+
+def _interrupted(error: KeyboardInterrupt) -> int:
+    """Say that the user, or the system, ended the command."""
+    print(f"simrecon: interrupted, {printable(str(error)) or NOTHING}", file=sys.stderr)
+    return signals.exit_status(error)
 
 
 def _parser(words: list[str] | None = None) -> Parser:

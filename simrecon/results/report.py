@@ -29,7 +29,7 @@ from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
 from simrecon.softfloor import Calibration
-from simrecon.types import Array, KinematicFit, Report, WindowResult
+from simrecon.types import Array, Evidence, KinematicFit, Report, WindowResult
 
 _FEET = ("left_foot", "right_foot")
 _FOOT_JOINTS = ("left_ankle", "right_ankle")
@@ -219,7 +219,17 @@ def _frames(run: Reconstruction) -> dict[str, Any]:
         "interpolated": len(interpolated),
         "fallback_frames": fallback,
         "interpolated_frames": interpolated,
+        "points_seen": _points_seen(run.evidence),
     }
+
+
+def _points_seen(evidence: Evidence) -> float | None:
+    """Landmarks and joints that are seen in a frame, the median; None where the evidence has neither."""
+    if not evidence.keypoint_names and not evidence.joint_names:
+        return None
+    flat = (np.isfinite(evidence.keypoints_px).all(axis=-1) & (evidence.scores > 0)).sum(axis=-1)
+    solid = np.isfinite(evidence.joints_m).all(axis=-1).sum(axis=-1)
+    return float(np.median(np.maximum(flat, solid)))
 
 
 def _median(values: Array) -> float | None:

@@ -33,6 +33,8 @@ FALLBACK_SHARE = 0.2
 """Of the frames that are not simulated: any is doubtful, more than this bad, for the end is missing."""
 UNSEEN_SHARE = (0.2, 0.5)
 """Of the frames without the person, in which the motion is made up."""
+POINTS = (6, 4)
+"""Landmarks or joints in a frame: hips and legs alone have six; with three most of the pose is free."""
 STATURE_M = (1.45, 1.95)
 """An estimated stature outside of it is 2.5 deviations from the mean of adults."""
 PENETRATION_MM = (50.0, 150.0)
@@ -171,6 +173,14 @@ def _unseen(report: Report) -> list[Reason]:
     return [Reason(level, text, "cut the clip to where the person is seen")]
 
 
+def _few(report: Report) -> list[Reason]:
+    seen = report["frames"].get("points_seen")  # reports of earlier versions have none
+    if seen is None or seen >= POINTS[0]:
+        return []
+    text = f"only {counted(round(seen), 'point')} of the person can be seen: the pose is made up"
+    return [Reason(BAD if seen < POINTS[1] else DOUBTFUL, text, "give landmarks of the whole body")]
+
+
 def _stature(report: Report) -> list[Reason]:
     height = report["person"]["height_m"]
     if report["assumed"]["height"]["origin"] != "estimated" or STATURE_M[0] <= height <= STATURE_M[1]:
@@ -209,7 +219,7 @@ def _bone(report: Report) -> list[Reason]:
 
 
 RULES: tuple[Callable[[Report], list[Reason]], ...] = (
-    _image, _ended, _fell, _apart, _input, _bone, _lens, _unseen, _stature, _deep,
+    _image, _ended, _fell, _apart, _input, _bone, _lens, _unseen, _few, _stature, _deep,
 )  # fmt: skip
 """In the order of what matters most within a level."""
 

@@ -15,12 +15,11 @@ from simrecon import scene as scenes
 from simrecon.body import known
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
-from simrecon.io.reading import read_text
 from simrecon.job import Job
 from simrecon.plan import Plan
 from simrecon.results import folder as folders
 from simrecon.results import motion_file, report_file
-from simrecon.sim.models import load as load_model
+from simrecon.sim import models
 from simrecon.sim.state import state_size
 from simrecon.types import Body, Motion, Report, Scene
 
@@ -66,7 +65,7 @@ class Result:
     def model(self) -> mujoco.MjModel:
         """Body and scene as MuJoCo compiles them (`model.xml`)."""
         path = self.folder / folders.MODEL
-        model = load_model(path)
+        model = models.load(path)
         motion = self.motion
         shape = (motion.qpos.shape[1], motion.torque_Nm.shape[1], len(motion.state0))
         own = (model.nq, model.nu, state_size(model))
@@ -81,10 +80,7 @@ class Result:
     def body(self) -> Body:
         """The person, read back from the model; the shape parameters are those of the report."""
         path = self.folder / folders.MODEL
-        try:
-            text = read_text(path)
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: cannot be read ({error}); valid: a result's model") from error
+        text = models.text_of(path)
         person = report_file.person(self.report, self.folder / folders.REPORT)
         body = known.of_mjcf(text, person.height_m)
         return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)

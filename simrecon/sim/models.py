@@ -25,10 +25,23 @@ def load(path: Path | str) -> mujoco.MjModel:
     Raises:
         InputError: it can't be loaded, or names another file.
     """
+    text = text_of(path)
+    try:
+        return compile_text(text)
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error
+
+
+def text_of(path: Path | str) -> str:
+    """The text of a model file that needs no other file.
+
+    Raises:
+        InputError: it can't be read, or names another file.
+    """
     try:
         text = read_text(path)
         if (named := _OTHER_FILE.search(text)) is not None:
             raise ValueError(f"it names another file: {named[0][:80]}")
-        return compile_text(text)
-    except (OSError, ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error
+    return text

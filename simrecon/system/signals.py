@@ -12,6 +12,9 @@ ENDING = tuple(signal.Signals[name] for name in _NAMES if name in signal.Signals
 """End of a session or of a job: a request, a lost terminal, and on Windows Ctrl-Break or a closed window."""
 
 
+_received: list[EndedError] = []
+
+
 class EndedError(KeyboardInterrupt):
     """The program is to end, by the signal of this number."""
 
@@ -28,15 +31,25 @@ def exit_status(error: KeyboardInterrupt) -> int:
     return 128 + (signal.SIGINT if cause is None else cause.number)
 
 
+def received() -> EndedError | None:
+    """What a signal raised since `interruptible` was entered, whatever became of it.
+
+    A library that is being loaded may turn it into an error of its own.
+    """
+    return _received[-1] if _received else None
+
+
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
     """The signals that end a session or a job end the program as Ctrl-C does (`EndedError`)."""
 
     def interrupt(number: int, _: object) -> NoReturn:
-        raise EndedError(number)
+        _received.append(EndedError(number))
+        raise _received[-1]
 
     before = {}
-    for number in ENDING:
+    _received.clear()
+    for number in (*ENDING, signal.SIGINT):
         with contextlib.suppress(ValueError):  # not in the main thread
             before[number] = signal.signal(number, interrupt)
     try:

@@ -59,6 +59,8 @@ def test_a_clean_result_is_good() -> None:
 @pytest.mark.parametrize(
     ("sections", "level", "words"),
     [
+        ({"frames": {"points_seen": 1.0}}, "bad", "only 1 point of the person can be seen"),
+        ({"frames": {"points_seen": 5.0}}, "doubtful", "only 5 points of the person can be seen"),
         ({"agreement": {"image_px": 30.0, "image_person_pct": 3.7}}, "doubtful", "3.7 % of the person's"),
         ({"agreement": {"image_px": 50.0, "image_person_pct": 6.1}}, "bad", "6.1 % of the person's"),
         ({"agreement": {"image_px": 110.0, "image_height_pct": 5.7}}, "bad", "5.7 % of the image's"),

@@ -1,6 +1,7 @@
 """End `run`, `batch` and `bench` by signals, and fill their disk, at random moments; look at what is left.
 
-    python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--span 4]
+    python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--span 4] [--plan PLAN]
+    python -m tools.bench.chaos_end SUITE.toml -o OUT [--moments 50]
     python -m tools.bench.chaos_end CLIP -o OUT --full 20 --plan PLAN
 
 With `--moments`, each command is begun so often and gets SIGTERM or SIGINT, in turn. It must end within a
@@ -25,7 +26,8 @@ from pathlib import Path
 
 from tools.bench.chaos_batch import children, gone
 
-ENDS = {signal.SIGTERM: (143, 130), signal.SIGINT: (130,)}
+ENDS = {signal.SIGTERM: (143, 130, -signal.SIGTERM), signal.SIGINT: (130, -signal.SIGINT)}
+"""What a command returns; below 0: it ended before its first line, which a shell calls 143 and 130."""
 LATEST_S = 60.0
 MEGABYTE = 1 << 20
 
@@ -35,7 +37,7 @@ def command(name: str, clip: Path, output: Path, plan: str) -> list[str]:
     words = {
         "run": ["run", str(clip), "-o", str(output / "run"), "--plan", plan, "--threads", "1"],
         "batch": ["batch", str(clip), "-o", str(output / "night"), "--plan", plan, "--jobs", "1"],
-        "bench": ["bench", str(output / "suite.toml"), "-o", str(output / "bench"), "--plan", plan],
+        "bench": ["bench", str(clip), "--data", str(clip.parent), "-o", str(output / "bench")],
     }
     return [sys.executable, "-m", "simrecon", *words[name]]
 
@@ -72,16 +74,12 @@ def litter(folder: Path) -> list[str]:
 def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: float, seed: int) -> int:
     """The signals; how often something was wrong."""
     numbers, bad = random.Random(seed), 0
-    for name in ("run", "batch", "bench"):
+    for name in ("bench",) if clip.suffix == ".toml" else ("run", "batch"):
         hits = 0
         for i in range(moments):
             place = output / f"{name}{i}"
             shutil.rmtree(place, ignore_errors=True)
             place.mkdir(parents=True)
-            if name == "bench":
-                (place / "suite.toml").write_text(
-                    f'[[clip]]\nname = "one"\nevidence = "{clip}"\ntruth = "{clip}"\n', encoding="utf-8"
-                )
             number = tuple(ENDS)[i % 2]
             after_s = numbers.uniform(0.3, span_s)
             status, said, hit, left = struck(command(name, clip, place, plan), number, after_s)
@@ -136,7 +134,7 @@ def fill_at_random(clip: Path, output: Path, plan: str, times: int, seed: int) -
 def main() -> int:
     """Do one of the two, print what was wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("clip", type=Path)
+    parser.add_argument("clip", type=Path, help="of run and batch, or a suite beside its data, of bench")
     parser.add_argument("-o", dest="output", type=Path, required=True)
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--moments", type=int, default=50)

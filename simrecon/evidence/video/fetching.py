@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-import subprocess
+import subprocess  # nosec B404  # runs npm and pip, which the user asked for
 import sys
 import tarfile
 import tempfile
@@ -51,7 +51,7 @@ def run(command: Sequence[str], cwd: Path) -> None:
         SimreconError: it failed; the message ends with the last line that it wrote.
     """
     try:
-        done = subprocess.run(
+        done = subprocess.run(  # nosec B603  # no shell, words of our own
             (shutil.which(command[0]) or command[0], *command[1:]),  # on Windows npm is a script
             cwd=cwd,
             stdin=subprocess.DEVNULL,

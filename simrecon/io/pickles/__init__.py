@@ -15,7 +15,7 @@ budget       how much one file may take
 from __future__ import annotations
 
 import io
-import pickle
+import pickle  # nosec B403  # its names of instructions and errors; nothing is unpickled
 import struct
 from collections.abc import Callable
 from typing import Any

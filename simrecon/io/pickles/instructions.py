@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import pickle
+import pickle  # nosec B403  # its names of instructions and errors; nothing is unpickled
 import re
 import struct
 from collections.abc import Callable

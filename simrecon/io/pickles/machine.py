@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import collections
 import io
-import pickle
+import pickle  # nosec B403  # its names of instructions and errors; nothing is unpickled
 from collections.abc import Callable
 from typing import Any
 

@@ -5,7 +5,7 @@ Items come after the person, so the person's coordinates are the first of `qpos`
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
+import xml.etree.ElementTree as ElementTree  # nosec B405  # reads what MuJoCo has just written
 
 import mujoco
 
@@ -45,7 +45,7 @@ def build(body_mjcf: str, scene: Scene, timestep_s: float) -> str:
 
 def _with_timestep(mjcf: str, timestep_s: float) -> str:
     """Put the time step back in full: MuJoCo prints six digits."""
-    root = ElementTree.fromstring(mjcf)
+    root = ElementTree.fromstring(mjcf)  # nosec B314  # MuJoCo's own text
     option = root.find("option")
     if option is None:
         option = ElementTree.SubElement(root, "option")

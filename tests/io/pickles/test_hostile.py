@@ -35,10 +35,10 @@ def array(shape: bytes, kind: bytes, data: bytes) -> bytes:
 
 def refused(content: bytes) -> str:
     """The message about a program; it must come within a second."""
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError) as caught:
         pickles.loads("a.pkl", content)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 400
     return str(caught.value)
