@@ -35,6 +35,20 @@ def end_while_drawing() -> None:
             raise KeyboardInterrupt("all but the picture") from error
 
 
+def test_a_signal_waits_for_the_end_of_a_block() -> None:
+    done: list[str] = []
+
+    def work() -> None:
+        with signals.interruptible(), signals.deferred():
+            signal.raise_signal(signal.SIGTERM)
+            done.append("all of it")
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        work()
+    assert done == ["all of it"]
+    assert signals.exit_status(caught.value) == 143
+
+
 def test_other_threads_than_the_main_one_leave_handlers_alone() -> None:
     handlers = [signal.getsignal(number) for number in signals.ENDING]
     inside: list[object] = []
