@@ -1,6 +1,7 @@
 """The worker processes: a cluster of this host's, made and closed here, or one that runs already.
 
-The only module that knows dask. Tasks return small tables; what happens meanwhile comes as events.
+It knows dask, as `connection` does, and no other module. Tasks return small tables; what happens meanwhile
+comes as events.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simrecon.batch import survey, work
+from simrecon.batch import connection, survey, work
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Event, Places, check_alive
 from simrecon.batch.work import Assignment
@@ -22,7 +23,6 @@ from simrecon.errors import InputError, SimreconError
 from simrecon.io.provenance import code_digest
 from simrecon.system import extras, processor, signals
 
-CONNECT_S = 15.0
 SETTINGS = {
     # Nothing large is kept in memory, so a worker that grows is broken: end it, and let its clip fail alone.
     "distributed.worker.memory.target": False,
@@ -166,41 +166,12 @@ def crew(run: str, jobs: int, scheduler: str | None, memory_bytes: int) -> Itera
             stack.enter_context(dask.config.set(SETTINGS))
             for name in ("distributed", "distributed.nanny", "distributed.scheduler", "distributed.client"):
                 logging.getLogger(name).setLevel(logging.CRITICAL)
-            client = stack.enter_context(_client(distributed, stack, jobs, scheduler, memory_bytes))
+            client = stack.enter_context(connection.client(distributed, stack, jobs, scheduler, memory_bytes))
         try:
             yield Crew(client, topic, cores=processor.cores() if scheduler is None else None)
         finally:
             with signals.deferred():
                 stack.close()
-
-
-def _client(
-    distributed: Any, stack: contextlib.ExitStack, jobs: int, scheduler: str | None, memory_bytes: int
-) -> Any:
-    """The connection to a cluster that runs, or to a local one that is made."""
-    if scheduler is None:
-        cluster = stack.enter_context(
-            distributed.LocalCluster(
-                n_workers=jobs,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                scheduler_kwargs={"dashboard": False},
-                memory_limit=memory_bytes,
-                silence_logs=logging.CRITICAL,
-            )
-        )
-        return distributed.Client(cluster, set_as_default=False)
-    file = Path(scheduler)
-    where: dict[str, Any] = {"scheduler_file": scheduler} if file.is_file() else {"address": scheduler}
-    try:
-        return distributed.Client(**where, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"--scheduler: {scheduler} does not answer ({type(error).__name__}); "
-            f"valid: an address such as tcp://host:8786, or a scheduler file"
-        ) from error
 
 
 def value(future: Any) -> dict[str, Any]:

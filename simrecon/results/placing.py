@@ -13,6 +13,7 @@ from pathlib import Path
 from simrecon.errors import InputError, SimreconError
 from simrecon.io import atomic
 from simrecon.results import folder as folders
+from simrecon.system import signals
 
 MARK = ".simrecon-unfinished"
 """The file in a folder that is being written; only a folder that has it is removed with all that it holds."""
@@ -49,11 +50,16 @@ def replacing(folder: Path | str) -> Iterator[Place]:
     place = Place(target, target)
     whole = False
     try:
-        place.partial = _begin(target)
+        with signals.deferred():
+            place.partial = _begin(target)
         yield place
         whole = True
-        _put_in_place(place)
-        whole, made = False, []
+        try:
+            with signals.deferred():
+                _put_in_place(place)
+                whole, made = False, []
+        except KeyboardInterrupt as error:
+            raise KeyboardInterrupt(f"{place.target} is whole but for its picture") from error
     except OSError as error:
         whole = whole or _is_usable(place.partial)
         kept = f"; the result is kept in {place.partial}" if whole else ""

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from simrecon import cli
-from simrecon.batch import cluster, journal
+from simrecon.batch import journal
 from simrecon.cli.batch import until
 from simrecon.errors import InputError
 
@@ -140,8 +140,8 @@ def wait_for(out: Path, kind: str) -> dict[str, Any]:
 def told(port: int) -> bool:
     """Whether a port gives a page of what runs to whoever asks."""
     for page in ("/info/main/workers.html", "/json/counts.json", "/metrics", "/health"):
-        with contextlib.suppress(OSError, http.client.HTTPException):
-            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=2)
+        asked = http.client.HTTPConnection("127.0.0.1", port, timeout=2)
+        with contextlib.closing(asked), contextlib.suppress(OSError, http.client.HTTPException):
             asked.request("GET", page)
             if asked.getresponse().status == 200:
                 return True
@@ -220,7 +220,7 @@ def test_a_scheduler_that_is_not_there(
     inputs: Path, plan: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("simrecon.batch.cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("simrecon.batch.connection.CONNECT_S", 0.5)
     command = ["batch", str(inputs), "-o", str(tmp_path / "out"), "--plan", plan]
     assert cli.main([*command, "--scheduler", "tcp://127.0.0.1:9"]) == 2
     assert "does not answer" in capsys.readouterr().err
