@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from simrecon import cli
-from simrecon.batch import journal
+from simrecon.batch import cluster, journal
 from simrecon.cli.batch import until
 from simrecon.errors import InputError
 
