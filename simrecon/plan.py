@@ -17,6 +17,7 @@ from simrecon.io.tables import choice, number, option, text
 from simrecon.optim.covariance import Covariance
 
 PRIORS = ("gaussian", "flow")
+CONTACTS = ("rules", "network")
 """Names of the pose priors in `simrecon.prior`."""
 STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
@@ -124,6 +125,7 @@ class Kinematics:
     still: float = number(0.0)
     balance: float = number(0.0)
     evaluations: int = number(1, 1_000_000)
+    contact_model: str = choice(*CONTACTS, default="rules")
 
 
 @dataclass(frozen=True)

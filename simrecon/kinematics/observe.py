@@ -95,7 +95,8 @@ def observe(
     interval = float(evidence.times_s[1] - evidence.times_s[0])
 
     labels = contact.label(
-        Cues(interval, camera, rays, points.scores, in_world, points.known, evidence.joints_frame == "world")
+        Cues(interval, camera, rays, points.scores, in_world, points.known, evidence.joints_frame == "world"),
+        plan.contact_model,
     )
     return Observations(
         interval_s=interval,

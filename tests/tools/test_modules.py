@@ -13,6 +13,7 @@ FOLDER = Path(tools.__file__).parent
 MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__.py")
 LIBRARIES = {
     "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms", "levelled",
+    "contact_model", "contact_motions", "contact_paper", "contact_views",
 }  # fmt: skip
 """Modules that the programs share."""
 EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "zuko"}

@@ -25,7 +25,16 @@ from simrecon.types import Array, ContactTargets, SceneItem
 from tests.support.gradients import Function, error
 
 NAMES = [term.name for term in terms.TERMS]
-SETTINGS = {"shape", "poses", "ground", "temporal", "seed_frames", "prior_model", "evaluations"}
+SETTINGS = {
+    "shape",
+    "poses",
+    "ground",
+    "temporal",
+    "seed_frames",
+    "prior_model",
+    "contact_model",
+    "evaluations",
+}
 SCALES = {"keypoint_scale_px", "joint_scale_m", "place_scale_m"}
 
 
