@@ -33,8 +33,7 @@ def array(data: dict[str, Any], key: str, path: Path | str) -> Array:
     """
     value = next((data[name] for name in (key, *KEYS[key]) if data.get(name) is not None), None)
     try:
-        found = np.asarray(value)
-        numbers = np.array(np.nan) if found.dtype.kind == "c" else found.astype(np.float64)
+        numbers = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         numbers = np.array(np.nan)
     if value is None or not np.isfinite(numbers).all():

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon import kinematics, prior
 from simrecon import scene as scenes
 from simrecon.body import names, strength
-from simrecon.engines import momentum
+from simrecon.engines import feedforward, momentum
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations, splines
 from simrecon.plan import Plan
@@ -106,7 +106,7 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
         every=max(1, round(1 / (plan.loss.rate_hz * clock.frame_s))),
         qpos=qpos,
         qvel0=momentum.first_velocity(model, qpos, clock.frame_s),
-        targets_rad=_targets(model, reference.qpos, clock),
+        targets_rad=_targets(model, reference.qpos, clock, feedforward.torques(model, qpos, reference)),
         draft_rad=_no_draft(model, clock, plan),
         orientations=reference.qpos[:, 3:].reshape(len(qpos), -1, 4),
         com_m=reference.com_m,
@@ -134,10 +134,11 @@ def _camera_path(fit: KinematicFit) -> Array | None:
     return cameras.extrinsics(fit.camera)
 
 
-def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock) -> Array:
+def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock, torques: Array | None) -> Array:
     """Control targets (N + 1, nu): the kinematic pose ahead by the servo's lag, as rotation vectors.
 
-    A PD servo with gains k and d that is told q + (d/k) q̇ follows q without lag.
+    A PD servo with gains k and d that is told q + (d/k) q̇ + τ/k follows q without lag, if q takes torques τ
+    (T, nu); these are None where the planner knows no forces.
     """
     joints = qpos[:, 7:].reshape(len(qpos), -1, 4)
     frames_s = np.arange(len(qpos), dtype=np.float64) * clock.frame_s
@@ -148,7 +149,11 @@ def _targets(model: mujoco.MjModel, qpos: Array, clock: Clock) -> Array:
     smooth = gaussian_filter1d(rotvecs, 0.02 / clock.step_s, axis=0, mode="nearest")
     rates = np.gradient(smooth, clock.step_s, axis=0)
     low, high = model.actuator_ctrlrange.T
-    targets: Array = np.clip(rotvecs + lag_s * rates, low, high)
+    ahead = lag_s * rates
+    if torques is not None:
+        lift = torques / model.actuator_gainprm[:, 0]
+        ahead += np.stack([np.interp(steps_s, frames_s, column) for column in lift.T], axis=1)
+    targets: Array = np.clip(rotvecs + ahead, low, high)
     return targets
 
 

@@ -6,23 +6,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.contact import wishes
-from simrecon.geometry import camera as cameras
 from simrecon.kinematics import bones, floor, person, search, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.objective import Objective
-from simrecon.kinematics.observations import Observations
 from simrecon.kinematics.observe import by_point, observe
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.result import result
 from simrecon.kinematics.start import start
 from simrecon.plan import Kinematics
 from simrecon.system import blas
-from simrecon.types import Array, Camera, ContactWish, Evidence, KinematicFit, Scene
+from simrecon.types import ContactWish, Evidence, KinematicFit, Scene
 
 
 @blas.one_thread()
@@ -61,6 +61,7 @@ def fit(
     contacts = contact_points(skeleton, parts)
     problem = Problem.of_clip(skeleton, contacts, scene, base, see, weights, lengths=free)
     variables, iterations = _minimise(problem, variables)
+    transform = np.eye(4)
     if known != "scene":
         full = replace(problem, plan=plan)
         if known == "level":
@@ -69,7 +70,13 @@ def fit(
             tilt = evidence.joints_frame != "world"
             transform = floor.transform(problem, variables, parts, tilt=tilt)
             camera = world.moved(camera, transform)
-            problem, variables = _moved(full, variables, transform, camera)
+            problem = replace(
+                full,
+                base=transform[:3, :3] @ full.base,
+                observations=world.observed(full.observations, transform, camera),
+            )
+            root_m = variables.root_m @ transform[:3, :3].T + transform[:3, 3]
+            variables = replace(variables, root_m=root_m)
         variables, more = _minimise(problem, variables)
         iterations += more
     if targets := wishes.targets(asked, evidence.times_s):
@@ -79,28 +86,10 @@ def fit(
     fitted = result(evidence, camera, problem, variables, shape, distribution, iterations)
     fitted = replace(fitted, wished=targets)
     bones.check(evidence, fitted.body.skeleton)
-    return fitted
+    return replace(fitted, world=transform)
 
 
 def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:
     """Without poses to optimise the start is the end."""
     evaluations = problem.plan.evaluations if problem.plan.poses else 0
     return search.minimise(Objective(problem), partial(curvature, problem), variables, evaluations)
-
-
-def _moved(
-    problem: Problem, variables: Variables, transform: Array, camera: Camera | None
-) -> tuple[Problem, Variables]:
-    """Problem and variables in a world that is moved by a rigid transform (4, 4)."""
-    rotation, shift = transform[:3, :3], transform[:3, 3]
-    see = problem.observations
-    seen: Observations = replace(
-        see,
-        joints_m=see.joints_m @ rotation.T,
-        place_m=see.place_m @ rotation.T + shift,
-        world_to_camera=None if see.world_to_camera is None or camera is None else cameras.extrinsics(camera),
-    )
-    return (
-        replace(problem, base=rotation @ problem.base, observations=seen),
-        replace(variables, root_m=variables.root_m @ rotation.T + shift),
-    )

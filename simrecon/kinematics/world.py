@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
+from simrecon.kinematics.observations import Observations
 from simrecon.types import Array, Camera, Evidence, Lens
 
 LEVEL = np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -56,3 +59,15 @@ def moved(camera: Camera | None, transform: Array) -> Camera | None:
     if camera is None:
         return None
     return cameras.with_path(camera, cameras.extrinsics(camera) @ np.linalg.inv(transform))
+
+
+def observed(see: Observations, transform: Array, camera: Camera | None) -> Observations:
+    """What is observed after the world was moved by `transform` (4, 4), and the camera with it."""
+    rotation, shift = transform[:3, :3], transform[:3, 3]
+    moved: Observations = replace(
+        see,
+        joints_m=see.joints_m @ rotation.T,
+        place_m=see.place_m @ rotation.T + shift,
+        world_to_camera=None if see.world_to_camera is None or camera is None else cameras.extrinsics(camera),
+    )
+    return moved

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ class KinematicFit:
         contacts: how surely each part of the body rests on the scene, with the user's wishes over it; None
             where nobody looked.
         wished: what the user wishes of the contacts, or None.
+        world: (4, 4) rigid transform from the world of the evidence to that of `scene`.
     """
 
     body: Body
@@ -45,6 +46,7 @@ class KinematicFit:
     loss: dict[str, float]
     contacts: ContactLabels | None = None
     wished: ContactTargets | None = None
+    world: Array = field(default_factory=lambda: np.eye(4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,9 @@ class Reference:
         com_m: (T, 3).
         contact_names: C parts of the body or contact points, none where nothing is known of contacts.
         contact: (T, C) probability that each touches, or None.
+        contact_segments: (C,) segment of the body that each is on, where forces are known.
         contact_force_N: (T, C, 3) force of the scene on it, or None.
+        contact_place_m: (T, C, 3) where that acts, or None.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
             zero obeys dynamics; None where the planner knows no dynamics.
     """
@@ -69,5 +73,7 @@ class Reference:
     com_m: Array
     contact_names: tuple[str, ...] = ()
     contact: Array | None = None
+    contact_segments: tuple[str, ...] = ()
     contact_force_N: Array | None = None
+    contact_place_m: Array | None = None
     root_wrench: Array | None = None

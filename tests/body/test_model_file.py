@@ -152,9 +152,3 @@ def test_other_units_and_inverted_faces_are_refused(tmp_path: Path) -> None:
 def test_its_parameters_are_its_own(model: ShapeSpace) -> None:
     with pytest.raises(InputError, match=r"up to 10 numbers \(shape space model.npz\)"):
         shaped.make(np.zeros(12), shapes=model)
-
-
-def test_complex_numbers_are_refused(tmp_path: Path) -> None:
-    complex_m = smpl_layout.arrays()["v_template"] * (1 + 1j)
-    with pytest.raises(InputError, match="v_template: found no finite numbers"):
-        model_file.read(saved(tmp_path, v_template=complex_m))

@@ -1,0 +1,60 @@
+"""The kinematic objective and the laws of motion together, Xie 2021, eqs. 1 to 7."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simrecon.kinematics import forward, layout
+from simrecon.kinematics.objective import Objective
+from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.state import State
+from simrecon.planners.soft_contact.forces import Explained
+from simrecon.planners.soft_contact.physics import Motion, World
+from simrecon.types import Array
+
+
+class Planned:
+    """Loss of a clip's variables; called with the packed vector it returns loss and gradient.
+
+    Attributes:
+        problem: evidence and kinematic terms. world: of the physics. weight: of it.
+        losses: each term's share of the loss, by name, at the point of the last call.
+    """
+
+    def __init__(self, problem: Problem, world: World, weight: float) -> None:
+        self.problem, self.world, self.weight = problem, world, weight
+        self.losses: dict[str, float] = {}
+        self._evidence = Objective(problem)
+        self._residual: Array | None = None
+
+    def __call__(self, x: Array) -> tuple[float, Array]:
+        """Loss and gradient, (n,), at the packed variables x (n,); what all frames share stays as it is."""
+        loss, gradient = self._evidence(x)
+        motion, found = self.explained(x)
+        unit = self.weight * self.problem.dt
+        physics = unit * motion.loss(found)
+        segments, places, slopes = motion.gradient(found)
+        force, turns = forward.adjoint(self.problem.skeleton, motion.state.pose, segments, places, slopes)
+        root, rotvecs, _ = layout.split(gradient, self.problem.frames)  # views
+        root += unit * force[0]
+        rotvecs += unit * turns
+        self.losses = {**self._evidence.losses, "dynamics": physics}
+        return loss + physics, gradient
+
+    def explained(self, x: Array) -> tuple[Motion, Explained]:
+        """The motion at packed variables x (n,), and the forces that explain it best."""
+        motion = Motion(State(self.problem, self.problem.unpack(x)), self.world)
+        found = motion.explained(self._residual)
+        self._residual = found.residual
+        return motion, found
+
+    def firmer(self, factor: float, weight: float) -> Planned:
+        """The same with finer units of force and moment, and another weight."""
+        scales = self.world.scales
+        scales = replace(scales, force=scales.force * factor, moment=scales.moment * factor)
+        made = Planned(self.problem, replace(self.world, scales=scales), weight)
+        if self._residual is not None:
+            made._residual = np.asarray(self._residual / factor)
+        return made

@@ -1,0 +1,165 @@
+"""The laws of motion in the estimate: what they are made of, and a plan of the example."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import mujoco
+import numpy as np
+import pytest
+
+from simrecon import evidence as readers
+from simrecon import kinematics, plan, planners, resources, schedule
+from simrecon import scene as scenes
+from simrecon.engines import feedforward
+from simrecon.engines import problem as problems
+from simrecon.evidence import resample
+from simrecon.kinematics import layout
+from simrecon.kinematics.layout import FREE
+from simrecon.kinematics.objective import Objective
+from simrecon.kinematics.resumed import resume
+from simrecon.kinematics.state import State
+from simrecon.planners import soft_contact
+from simrecon.planners.soft_contact.curvature import _by_unknowns, curvature
+from simrecon.planners.soft_contact.masses import Masses
+from simrecon.planners.soft_contact.objective import Planned
+from simrecon.planners.soft_contact.physics import Motion, World
+from simrecon.types import Array, Evidence, KinematicFit, Reference
+
+SETTINGS = plan.read("quick")
+
+
+@pytest.fixture(scope="module")
+def seen() -> Evidence:
+    whole, _ = resample(readers.read(resources.folder("example") / "beam.npz"))
+    return whole
+
+
+@pytest.fixture(scope="module")
+def fit(seen: Evidence) -> KinematicFit:
+    scene = scenes.read(resources.folder("example") / "beam.toml")
+    return kinematics.fit(seen, scene, SETTINGS.kinematics)
+
+
+@pytest.fixture(scope="module")
+def reference(fit: KinematicFit, seen: Evidence) -> Reference:
+    return planners.plan("soft_contact", fit, seen, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def planned(fit: KinematicFit, seen: Evidence) -> Planned:
+    problem, _ = resume(fit, seen, SETTINGS.kinematics)
+    friction = np.full(1 + len(fit.scene.items), 0.9)
+    return Planned(problem, World(Masses.of(fit.body), fit.body.height_m, friction), 1.0)
+
+
+def test_a_resumed_fit_stands_where_it_ended(fit: KinematicFit, seen: Evidence) -> None:
+    problem, variables = resume(fit, seen, SETTINGS.kinematics)
+    objective = Objective(problem)
+    objective(variables.pack())
+    for name in ("keypoint", "joint", "contact", "travel_rotation"):
+        assert objective.losses[name] == pytest.approx(fit.loss[name], rel=0.03, abs=0.05), name
+
+
+def test_point_masses_have_the_body_s_centre_and_inertia(fit: KinematicFit, planned: Planned) -> None:
+    model = mujoco.MjModel.from_xml_string(fit.body.mjcf)
+    data = mujoco.MjData(model)
+    data.qpos[:] = fit.qpos[7]
+    mujoco.mj_forward(model, data)
+    variables = _variables(fit)
+    motion = Motion(State(planned.problem, variables), planned.world)
+    centre = data.subtree_com[1]
+    np.testing.assert_allclose(motion.com_m[7], centre, atol=1e-5)
+    expected = np.zeros((3, 3))
+    for body in range(1, model.nbody):
+        axes, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - centre
+        expected += axes @ np.diag(model.body_inertia[body]) @ axes.T
+        expected += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    arms = motion.masses_m[:, 7] - centre
+    mass = planned.world.masses.mass_kg
+    inertia = np.sum(mass * np.sum(arms**2, axis=1)) * np.eye(3) - (mass[:, None] * arms).T @ arms
+    np.testing.assert_allclose(inertia, expected, atol=1e-4)
+
+
+def _variables(fit: KinematicFit) -> layout.Variables:
+    root, _, rotvecs = layout.from_qpos(fit.qpos)
+    leans = layout.leans(len(root), float(fit.times_s[1] - fit.times_s[0]))
+    return layout.Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), np.zeros((leans.shape[1], layout.LEAN)))
+
+
+def test_the_gradient_is_that_of_the_loss(fit: KinematicFit, planned: Planned) -> None:
+    x, rng = _variables(fit).pack(), np.random.default_rng(0)
+    _, gradient = planned(x)
+    for _ in range(4):
+        move = np.zeros_like(x)
+        move[: FREE * planned.problem.frames] = rng.standard_normal(FREE * planned.problem.frames)
+        slope = (planned(x + 1e-7 * move)[0] - planned(x - 1e-7 * move)[0]) / 2e-7
+        # that the normal turns over the edges of the beam is left out
+        assert gradient @ move == pytest.approx(slope, rel=5e-3)
+
+
+def test_the_derivative_of_the_wrench(fit: KinematicFit, planned: Planned) -> None:
+    variables, frame = _variables(fit), 11
+    rows = _by_unknowns(Motion(State(planned.problem, variables), planned.world))
+    rng = np.random.default_rng(1)
+    move = rng.standard_normal((planned.problem.frames, FREE))
+    x, moved = variables.pack(), layout.from_frames(move.ravel(), np.zeros(len(variables.pack()) - move.size))
+
+    def wrench(at: Array) -> Array:
+        return Motion(State(planned.problem, planned.problem.unpack(at)), planned.world).wrench[frame]
+
+    expected = (wrench(x + 1e-6 * moved) - wrench(x - 1e-6 * moved)) / 2e-6
+    found = sum(row[frame] @ move[frame + k] for k, row in enumerate(rows))
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+
+
+def test_the_curvature_is_positive(fit: KinematicFit, planned: Planned) -> None:
+    for part in curvature(planned, _variables(fit)):
+        for block in part.blocks[0]:
+            np.testing.assert_allclose(block, block.T, rtol=1e-6, atol=1e-6 * np.abs(block).max())
+            assert np.linalg.eigvalsh(block)[0] > 0
+
+
+def test_a_plan_obeys_dynamics(fit: KinematicFit, reference: Reference) -> None:
+    weight = fit.body.mass_kg * 9.81
+    assert reference.root_wrench is not None
+    force, moment = (np.linalg.norm(part, axis=1) for part in np.split(reference.root_wrench, 2, axis=1))
+    assert np.quantile(force, 0.95) < 0.03 * weight
+    assert np.quantile(moment, 0.95) < 0.03 * weight * fit.body.height_m
+    assert reference.contact_force_N is not None
+    vertical = reference.contact_force_N[..., 2].sum(axis=1)
+    assert vertical.mean() == pytest.approx(weight, rel=0.1)
+    assert np.linalg.norm(reference.qpos[:, :3] - fit.qpos[:, :3], axis=1).mean() < 0.05
+
+
+def test_its_forces_are_where_the_body_touches(fit: KinematicFit, reference: Reference) -> None:
+    assert reference.contact_force_N is not None
+    assert reference.contact_place_m is not None
+    assert reference.contact is not None
+    size = np.linalg.norm(reference.contact_force_N, axis=2)
+    loaded = size > 0.05 * fit.body.mass_kg * 9.81
+    apart, _ = scenes.distances(fit.scene, reference.contact_place_m)
+    # corners of a sole are wider than the beam that it stands on
+    assert apart.min(axis=0)[loaded].max() < 0.06
+    assert (reference.contact[loaded] > 0.9).all()
+    feet = np.array(["foot" in name for name in reference.contact_names])
+    assert size[:, feet].sum() > 0.9 * size.sum()
+
+
+def test_the_torques_of_a_plan_leave_nothing_at_the_root(
+    fit: KinematicFit, seen: Evidence, reference: Reference
+) -> None:
+    clock = schedule.clock(seen.times_s, 0.01)
+    made = partial(problems.pose, fit, evidence=seen, clock=clock, plan=SETTINGS)
+    problem = made(reference)
+    torques = feedforward.torques(problem.model, problem.qpos, reference)
+    assert torques is not None
+    assert torques.shape == (len(seen.times_s), problem.model.nu)
+    assert np.abs(torques).max() > 20.0  # legs carry the body
+    bare = made(planners.plan("none", fit, seen, SETTINGS))
+    assert feedforward.torques(bare.model, bare.qpos, planners.plan("none", fit, seen, SETTINGS)) is None
+
+
+def test_contact_names_are_those_of_the_contact_points(fit: KinematicFit, planned: Planned) -> None:
+    names = soft_contact.contact_names(fit.body.primitives)
+    assert len(names) == len(set(names)) == len(planned.problem.contacts.segments)
