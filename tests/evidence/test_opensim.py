@@ -56,7 +56,7 @@ def test_columns_keep_their_unit_and_vectors_turn(tmp_path: Path) -> None:
         ("PathFileType", "Path", "PathFileType"),
         ("\tmm\t", "\tfurlong\t", "Units: found 'furlong'; valid: m, cm, mm"),
         ("\ttoe", "\theel", "heel more than once"),
-        ("1001", "x", "line 8: found could not convert"),
+        ("1001", "x", "line 8: found .x.; valid: numbers"),
         ("0.02\t", "0.01\t", "times that do not increase"),
         ("1002", "inf", "infinite"),
     ],
