@@ -12,6 +12,7 @@ from simrecon.body import mass, mjcf, primitives
 from simrecon.body.skeleton import rescaled, template
 from simrecon.errors import InputError
 from simrecon.geometry import rotations
+from simrecon.sim.quiet import unwarned
 from simrecon.types import Body, Primitive, Skeleton
 
 
@@ -27,17 +28,23 @@ def of_mjcf(text: str, height_m: float) -> Body:
     """
     unit = template()
     try:
-        spec = mujoco.MjSpec.from_string(text)
-        model = spec.compile()
+        with unwarned():
+            spec = mujoco.MjSpec.from_string(text)
+            model = spec.compile()
         bodies = np.array([model.body(name).id for name in unit.names])
         sites = np.array([model.site(name).id for name in unit.point_names])
         parts = tuple(_primitive(model, spec, entry) for entry in primitives.entries())
     except (ValueError, KeyError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         raise InputError(f"model of the person: {error}; valid: the model of a result") from error
+    turns = model.body_quat[bodies]
+    if not np.isfinite(turns).all() or not turns.any(axis=1).all():
+        raise InputError(
+            "model of the person: found a body without an orientation; valid: the model of a result"
+        )
     skeleton = replace(
         unit,
         offsets_m=np.where(unit.parents[:, None] < 0, 0.0, model.body_pos[bodies]),
-        rest=rotations.canonical(model.body_quat[bodies]),
+        rest=rotations.canonical(turns),
         point_offsets_m=model.site_pos[sites].copy(),
     )
     total = float(model.body_subtreemass[bodies[0]])

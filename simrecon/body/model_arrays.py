@@ -33,7 +33,8 @@ def array(data: dict[str, Any], key: str, path: Path | str) -> Array:
     """
     value = next((data[name] for name in (key, *KEYS[key]) if data.get(name) is not None), None)
     try:
-        numbers = np.asarray(value, dtype=np.float64)
+        found = np.asarray(value)
+        numbers = found.astype(np.float64) if found.dtype.kind != "c" else np.array(np.nan)
     except (TypeError, ValueError):
         numbers = np.array(np.nan)
     if value is None or not np.isfinite(numbers).all():
@@ -75,7 +76,7 @@ def parents_of(data: dict[str, Any], joints: int, path: Path | str) -> IntArray:
     value = data.get("kintree_table", data.get("parents"))
     table = np.asarray([] if value is None else value)
     table = table[0] if table.ndim == 2 else table
-    if table.shape != (joints,) or not np.issubdtype(table.dtype, np.number):
+    if table.shape != (joints,) or table.dtype.kind not in "iuf":
         raise InputError(
             f"{path}: kintree_table: found shape {table.shape}; valid: (2, {joints}), parents first"
         )

@@ -98,6 +98,7 @@ def _clip(folder: Path) -> None:
     source = evidence.read(resources.folder("example") / "beam.npz")
     seen = cutting.cut(source, slice(0, 80, 4))
     evidence.write(folder / "clip.npz", replace(seen, part=None))
+    (folder / "contacts.toml").write_text('schema = "simrecon.contacts/1"\n[left_heel]\nmode = "grounded"\n')
     (folder / "room.toml").write_text("[ground]\nfriction = 0.9\n")
     (folder / "edited.toml").write_text("[ground]\nfriction = 0.8\n")
     (folder / "clips").mkdir()
