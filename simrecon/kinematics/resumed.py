@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simrecon import trust
-from simrecon.contact import wishes
-from simrecon.kinematics import layout, terms, world
+from simrecon.kinematics import layout, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.objective import Objective
@@ -39,13 +38,13 @@ def resume(fit: KinematicFit, evidence: Evidence, plan: Kinematics) -> tuple[Pro
     points, camera = by_point(evidence, skeleton), world.provisional(evidence)
     see = observe(evidence, skeleton, points, camera, plan, worth, SIZE_SIGMA)
     see = world.observed(see, fit.world, fit.camera)
-    if fit.wished is not None:
-        see = replace(see, labels=wishes.over(see.labels, fit.wished), targets=fit.wished)
     root, base, rotvecs = layout.from_qpos(fit.qpos)
     contacts = contact_points(skeleton, fit.body.primitives)
     problem = Problem.of_clip(skeleton, contacts, fit.scene, base, see, plan, lengths=False)
     upright = np.zeros((problem.leans.shape[1], layout.LEAN))
     variables = Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), upright)
+    if fit.wished is not None:
+        problem = wishing.asked(problem, variables, fit.wished)
     return problem, replace(variables, lean=_lean(problem, variables))
 
 

@@ -30,16 +30,22 @@ def honour(problem: Problem, variables: Variables, targets: ContactTargets) -> t
     Returns:
         The problem with the wishes that can hold, its solution, and the evaluations that it took.
     """
-    asked = honoured.possible(targets, _clearance_m(problem, variables))
-    see = problem.observations
-    wished = replace(problem, observations=replace(see, labels=wishes.over(see.labels, asked), targets=asked))
-    if not (asked.touch | asked.free).any():
+    wished = asked(problem, variables, targets)
+    possible = wished.observations.targets
+    if possible is None or not (possible.touch | possible.free).any():
         return wished, variables, 0
     evaluations = problem.plan.evaluations if problem.plan.poses else 0
     variables, used = search.minimise(
         Objective(wished), partial(curvature, wished), variables, evaluations, settled=1e-4, shared=False
     )
     return wished, variables, used
+
+
+def asked(problem: Problem, variables: Variables, targets: ContactTargets) -> Problem:
+    """A problem with those wishes in its objective that can hold where its variables put the person."""
+    see, possible = problem.observations, honoured.possible(targets, _clearance_m(problem, variables))
+    labels = wishes.over(see.labels, possible)
+    return replace(problem, observations=replace(see, labels=labels, targets=possible))
 
 
 def _clearance_m(problem: Problem, variables: Variables) -> Array:

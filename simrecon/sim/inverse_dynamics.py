@@ -5,7 +5,6 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from simrecon.sim.poses import differentiate
 from simrecon.types import Array, IntArray
 
 
@@ -22,8 +21,9 @@ def inverse(
         places_m: (T, C, 3) where they act, in the world.
         forces_N: (T, C, 3).
     """
-    pairs = [qpos[frame : frame + 2] for frame in range(len(qpos) - 1)]
-    steps = np.stack([differentiate(model, pair, interval_s)[0] for pair in pairs])
+    steps = np.empty((len(qpos) - 1, model.nv))
+    for step, before, after in zip(steps, qpos[:-1], qpos[1:], strict=True):
+        mujoco.mj_differentiatePos(model, step, interval_s, before, after)
     rates = np.concatenate((steps[:1], (steps[1:] + steps[:-1]) / 2, steps[-1:]))
     between = np.diff(steps, axis=0) / interval_s
     accelerations = np.concatenate((between[:1], between, between[-1:]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import mujoco
@@ -11,8 +12,10 @@ import pytest
 from simrecon import evidence as readers
 from simrecon import kinematics, plan, planners, resources, schedule
 from simrecon import scene as scenes
+from simrecon.contact import wishes
 from simrecon.engines import feedforward
 from simrecon.engines import problem as problems
+from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.kinematics import layout
 from simrecon.kinematics.layout import FREE
@@ -24,7 +27,8 @@ from simrecon.planners.soft_contact.curvature import _by_unknowns, curvature
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.planners.soft_contact.objective import Planned
 from simrecon.planners.soft_contact.physics import Motion, World
-from simrecon.types import Array, Evidence, KinematicFit, Reference
+from simrecon.sim.inverse_dynamics import inverse
+from simrecon.types import Array, ContactWish, Evidence, KinematicFit, Reference
 
 SETTINGS = plan.read("quick")
 
@@ -59,6 +63,16 @@ def test_a_resumed_fit_stands_where_it_ended(fit: KinematicFit, seen: Evidence) 
     objective(variables.pack())
     for name in ("keypoint", "joint", "contact", "travel_rotation"):
         assert objective.losses[name] == pytest.approx(fit.loss[name], rel=0.03, abs=0.05), name
+
+
+def test_wishes_that_hold_are_resumed_too(fit: KinematicFit, seen: Evidence) -> None:
+    never, wild = ContactWish("left_knee", "never"), ContactWish("left_hand", "always")
+    wished = replace(fit, wished=wishes.targets((never, wild), seen.times_s))
+    problem, _ = resume(wished, seen, SETTINGS.kinematics)
+    found = problem.observations.targets
+    assert found is not None
+    assert found.free[:, found.parts.index("left_knee")].all()
+    assert not found.touch[:, found.parts.index("left_hand")].any()  # it is far from everything
 
 
 def test_point_masses_have_the_body_s_centre_and_inertia(fit: KinematicFit, planned: Planned) -> None:
@@ -156,6 +170,15 @@ def test_the_torques_of_a_plan_leave_nothing_at_the_root(
     assert torques is not None
     assert torques.shape == (len(seen.times_s), problem.model.nu)
     assert np.abs(torques).max() > 20.0  # legs carry the body
+    rows = np.array([problem.model.body(name).id for name in reference.contact_segments])
+    assert reference.contact_place_m is not None
+    assert reference.contact_force_N is not None
+    left = inverse(
+        problem.model, problem.qpos, clock.frame_s, rows, reference.contact_place_m, reference.contact_force_N
+    )[1:-1]
+    weight = fit.body.mass_kg * 9.81
+    assert np.quantile(np.linalg.norm(left[:, :3], axis=1), 0.95) < 0.05 * weight
+    assert np.quantile(np.linalg.norm(left[:, 3:6], axis=1), 0.95) < 0.05 * weight * fit.body.height_m
     bare = made(planners.plan("none", fit, seen, SETTINGS))
     assert feedforward.torques(bare.model, bare.qpos, planners.plan("none", fit, seen, SETTINGS)) is None
 
@@ -163,3 +186,15 @@ def test_the_torques_of_a_plan_leave_nothing_at_the_root(
 def test_contact_names_are_those_of_the_contact_points(fit: KinematicFit, planned: Planned) -> None:
     names = soft_contact.contact_names(fit.body.primitives)
     assert len(names) == len(set(names)) == len(planned.problem.contacts.segments)
+
+
+def test_a_plan_needs_an_acceleration(fit: KinematicFit, seen: Evidence) -> None:
+    few = replace(fit, times_s=fit.times_s[:2], qpos=fit.qpos[:2], com_m=fit.com_m[:2])
+    with pytest.raises(InputError, match="found 2 frames; valid: 3 or more"):
+        planners.plan("soft_contact", few, seen, SETTINGS)
+
+
+def test_the_curvature_of_a_flight(fit: KinematicFit, planned: Planned) -> None:
+    variables = _variables(fit)
+    high = replace(variables, root_m=variables.root_m + np.array([0.0, 0.0, 50.0]))
+    assert all(np.isfinite(part.blocks[0]).all() for part in curvature(planned, high))

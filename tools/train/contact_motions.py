@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from simrecon import plan as plans
 from simrecon.body import names
 from simrecon.contact import rules
 from simrecon.contact.parts import SIDES
-from simrecon.evidence import resample
+from simrecon.evidence import cutting, resample
 from simrecon.io import toml
 from simrecon.kinematics.touched import touched
 from simrecon.types import Array, Evidence, Flags, KinematicFit, Scene
@@ -135,17 +135,7 @@ def _recordings(mocap: Path, cmu: Path) -> Iterator[tuple[str, Evidence | Kinema
 def _thinned(evidence: Evidence) -> Evidence:
     """Every so many frames, so that the rate comes near `RATE_HZ`."""
     rate = (len(evidence.times_s) - 1) / float(evidence.times_s[-1] - evidence.times_s[0])
-    return _at(evidence, slice(None, None, max(1, round(rate / RATE_HZ))))
-
-
-def _at(evidence: Evidence, rows: slice) -> Evidence:
-    return replace(
-        evidence,
-        times_s=evidence.times_s[rows],
-        keypoints_px=evidence.keypoints_px[rows],
-        scores=evidence.scores[rows],
-        joints_m=evidence.joints_m[rows],
-    )
+    return cutting.cut(evidence, slice(None, None, max(1, round(rate / RATE_HZ))))
 
 
 def _of_joints(names: tuple[str, ...], joints_m: Array, rate_hz: float) -> Evidence:

@@ -74,6 +74,8 @@ def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
     for term in task.terms:
         residual = term.residual(seen)
         vectors = residual.vectors[0]
+        if not len(vectors):  # differences of more frames than there are
+            continue
         weights = np.broadcast_to(residual.roots() ** 2, vectors.shape)
         count = len(vectors)
         banded.add(

@@ -16,6 +16,7 @@ from functools import partial
 
 import numpy as np
 
+from simrecon.errors import InputError
 from simrecon.kinematics import configurations, layout, search
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.resumed import resume
@@ -24,13 +25,15 @@ from simrecon.planners.soft_contact.curvature import curvature
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.planners.soft_contact.objective import Planned
-from simrecon.planners.soft_contact.physics import Motion, Scales, World
+from simrecon.planners.soft_contact.physics import Motion, World
 from simrecon.system import blas
 from simrecon.types import Array, Evidence, KinematicFit, Primitive, Reference
 
 NAME = "soft_contact"
 ROUNDS = (0.1, 0.03, 0.01)
 """Units of force and moment, as shares of body weight and of body weight times stature."""
+FEWEST = 3
+"""Frames that have an acceleration between them."""
 EVALUATIONS = 50
 """Of a round, at most."""
 WEIGHT = 1.0
@@ -48,16 +51,18 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         settings: weights of the evidence terms.
 
     Raises:
-        InputError: there is no evidence to plan with.
+        InputError: there is no evidence to plan with, or too little of it.
     """
+    if len(fit.times_s) < FEWEST:
+        raise InputError(
+            f"planner {NAME}: found {len(fit.times_s)} frames; valid: {FEWEST} or more, for accelerations"
+        )
     problem, variables = resume(fit, evidence, settings.kinematics)
-    scales = Scales(force=ROUNDS[0], moment=ROUNDS[0])
     surfaces = [fit.scene.ground.friction, *(item.friction for item in fit.scene.items)]
     friction = np.array([surface.sliding for surface in surfaces])
-    world = World(Masses.of(fit.body), fit.body.height_m, friction, scales)
-    planned, before = Planned(problem, world, WEIGHT), ROUNDS[0]
+    world = World(Masses.of(fit.body), fit.body.height_m, friction)
     for unit in ROUNDS:
-        planned, before = planned.firmer(unit / before, WEIGHT), unit
+        planned = Planned(problem, world.in_units(unit), WEIGHT)
         variables, _ = search.minimise(
             planned, partial(curvature, planned), variables, EVALUATIONS, shared=False
         )

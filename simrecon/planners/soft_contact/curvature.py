@@ -89,6 +89,8 @@ def _priced(motion: Motion, found: Explained, unit: float, blocks: list[Array]) 
     state, scales = motion.state, motion.world.scales
     priced = np.sum(np.swapaxes(found.forces, 0, 1) ** 2, axis=2) / motion.world.weight_N**2  # (G, n)
     touching = np.flatnonzero(priced.max(axis=1) > 1e-8)
+    if not len(touching):
+        return
     touch, skeleton = state.problem.contacts, state.problem.skeleton
     moved = of_points(skeleton, state.pose, touch.segments[touching], motion.touching_m[touching])
     frames = len(moved)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from simrecon.kinematics import forward, layout
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
@@ -49,12 +45,3 @@ class Planned:
         found = motion.explained(self._residual)
         self._residual = found.residual
         return motion, found
-
-    def firmer(self, factor: float, weight: float) -> Planned:
-        """The same with finer units of force and moment, and another weight."""
-        scales = self.world.scales
-        scales = replace(scales, force=scales.force * factor, moment=scales.moment * factor)
-        made = Planned(self.problem, replace(self.world, scales=scales), weight)
-        if self._residual is not None:
-            made._residual = np.asarray(self._residual / factor)
-        return made

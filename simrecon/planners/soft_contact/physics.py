@@ -12,7 +12,7 @@ unknowns of the search: the best ones belong to the poses (`forces`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +58,10 @@ class World:
     stature_m: float
     friction: Array
     scales: Scales = Scales()
+
+    def in_units(self, share: float) -> World:
+        """The same in units of force and moment of such a share of weight, and of weight times stature."""
+        return replace(self, scales=replace(self.scales, force=share, moment=share))
 
     @property
     def weight_N(self) -> float:

@@ -254,3 +254,14 @@ def test_the_ball_is_touched() -> None:
         pairs = [{model.geom(int(geom)).name for geom in pair} for pair in contact.geom.reshape(-1, 2)]
         touching |= set().union(*(pair for pair in pairs if "item/ball" in pair))
     assert touching - {"item/ball", "ground"}
+
+
+def test_differences_of_more_frames_than_there_are_say_nothing(make: type[Makers]) -> None:
+    settings = make.settings(population=8)
+    settings = replace(settings, loss=replace(settings.loss, total_variation=1.0, landmark=1.0))
+    problem = make.clip(settings, make.standing(frames=3))
+    (window,) = schedule.cut(problem.clock, problem.plan)
+    task = Task(problem, window, warm_start.from_fit(problem))
+    found = linearise(task, Simulator(problem.model, 8, 1), task.warm_start(), task.deviations())
+    assert np.isfinite(found.curvature).all()
+    assert found.gradient.any()
