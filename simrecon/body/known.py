@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -28,13 +29,13 @@ def of_mjcf(text: str, height_m: float) -> Body:
     """
     unit = template()
     try:
-        with unwarned():
+        with unwarned(), warnings.catch_warnings(action="error"):
             spec = mujoco.MjSpec.from_string(text)
             model = spec.compile()
         bodies = np.array([model.body(name).id for name in unit.names])
         sites = np.array([model.site(name).id for name in unit.point_names])
         parts = tuple(_primitive(model, spec, entry) for entry in primitives.entries())
-    except (ValueError, KeyError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+    except (ValueError, KeyError, mujoco.FatalError, mujoco.UnexpectedError, UserWarning) as error:
         raise InputError(f"model of the person: {error}; valid: the model of a result") from error
     turns = model.body_quat[bodies]
     if not np.isfinite(turns).all() or not turns.any(axis=1).all():

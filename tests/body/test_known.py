@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict
 
 import mujoco
@@ -47,6 +48,15 @@ def test_what_is_no_person_is_refused() -> None:
     for text in ("<mujoco><worldbody/></mujoco>", "no model"):
         with pytest.raises(InputError, match="valid: the model of a result"):
             known.of_mjcf(text, 1.7)
+
+
+@pytest.mark.parametrize("turn", ["0 0 0 0", "nan 0 0 0", "inf 0 0 0"])
+def test_a_body_without_an_orientation_is_refused(turn: str) -> None:
+    body = BODIES["lengths"]()
+    text = re.sub(r'(<body name="neck"[^>]* quat=")[^"]*', rf"\g<1>{turn}", body.mjcf)
+    assert text != body.mjcf
+    with pytest.raises(InputError, match="valid: the model of a result"):
+        known.of_mjcf(text, 1.7)
 
 
 @pytest.mark.parametrize("name", mass.distributions())

@@ -124,6 +124,8 @@ def test_pickles_as_published_are_read_without_running_them(
         ({"v_template": None}, "v_template: found no such key"),
         ({"weights": np.zeros((3, 24))}, r"weights: found an array of shape \(3, 24\)"),
         ({"shapedirs": np.full((2952, 3, 10), np.nan)}, "shapedirs: found no finite numbers"),
+        ({"shapedirs": np.ones((2952, 3, 10)) * 1j}, "shapedirs: found no finite numbers"),
+        ({"kintree_table": np.zeros((2, 24)) * 1j}, "kintree_table: found shape"),
         ({"f": np.full((4, 3), 9999)}, "f: found 9999 to 9999; valid: from 0 to"),
         ({"weights": np.eye(24)[np.zeros(2952, int)]}, "weights: no vertex belongs to 'spine'"),
         ({"kintree_table": np.array([range(24), range(24)])}, "a joint comes before its parent"),
