@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.io.messages import counted
 from simrecon.kinematics import configurations, layout, search
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.resumed import resume
@@ -54,9 +55,8 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         InputError: there is no evidence to plan with, or too little of it.
     """
     if len(fit.times_s) < FEWEST:
-        raise InputError(
-            f"planner {NAME}: found {len(fit.times_s)} frames; valid: {FEWEST} or more, for accelerations"
-        )
+        count = counted(len(fit.times_s), "frame")
+        raise InputError(f"planner {NAME}: found {count}; valid: {FEWEST} or more, for accelerations")
     problem, variables = resume(fit, evidence, settings.kinematics)
     surfaces = [fit.scene.ground.friction, *(item.friction for item in fit.scene.items)]
     friction = np.array([surface.sliding for surface in surfaces])
