@@ -18,7 +18,7 @@ CONTACTS = "contacts.toml"
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
-EXPORTS = ("bvh", "trc")
+EXPORTS = ("bvh", "glb", "trc")
 """Formats of `simrecon.exports`: the files `motion.<format>` belong to a result."""
 FILES = (
     MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, *OVERLAYS,
