@@ -8,6 +8,7 @@ from typing import Any
 COMMANDS = {
     "demo": ("run", "run the example that ships with simrecon"),
     "run": ("run", "reconstruct a simulated motion from a clip"),
+    "look": ("look", "show who is in a video, and how well the person is followed"),
     "rerun": ("rerun", "simulate a finished result again, starting from its motion"),
     "retarget": ("retarget", "put the motion of a finished result on another body, and simulate it"),
     "export": ("export", "write a result in the formats of other programs"),

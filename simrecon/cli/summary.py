@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from simrecon.errors import printable
+from simrecon.io.messages import spans
 from simrecon.kinematics import stature_prior
 from simrecon.results import Result
 from simrecon.system.progress import duration
@@ -97,7 +96,7 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
     yield "time", spent
     if exchanged := report["input"]["exchanged"]:
-        mixed = (f"{limbs} in {_spans(rows)}" for limbs, rows in exchanged.items())
+        mixed = (f"{limbs} in {spans(rows)}" for limbs, rows in exchanged.items())
         yield "sides", f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
 
 
@@ -145,10 +144,3 @@ def _files(result: Result) -> Iterator[tuple[str, str]]:
     kept = result.job.detected
     if kept is not None and Path(kept).parent == folder.resolve().parent:
         yield "", f"{kept}: the landmarks of the video"
-
-
-def _spans(frames: list[int]) -> str:
-    """Increasing numbers as `frames 3-5, 9`."""
-    runs = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
-    spans = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
-    return f"{'frame' if len(frames) == 1 else 'frames'} {spans}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from simrecon.errors import InputError
@@ -49,3 +49,15 @@ def check_keys(
     for key in needed:
         if key not in table:
             raise InputError(f"{where} lacks the key {key!r}; needed: {', '.join(needed)}")
+
+
+def spans(numbers: Sequence[int]) -> str:
+    """Increasing numbers of frames as `frames 3-5, 9`."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    words = ", ".join("-".join(str(end) for end in run) for run in runs)
+    return f"{'frame' if len(numbers) == 1 else 'frames'} {words}"

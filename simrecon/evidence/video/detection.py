@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 from simrecon.errors import InputError
 from simrecon.evidence import cutting
 from simrecon.evidence.cutting import WHOLE, Span
-from simrecon.evidence.video import frames, swaps, tracker, weights
+from simrecon.evidence.video import figures, frames, searching, swaps, weights
+from simrecon.evidence.video import survey as surveys
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.kept import Detection, load, save
 from simrecon.evidence.video.networks import Networks
+from simrecon.evidence.video.passes import Passes
+from simrecon.evidence.video.survey import Sighting, Survey
 from simrecon.evidence.video.tracker import ANYBODY, Choice, Tracker
 from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 2
+VERSION = 3
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048
@@ -93,43 +96,50 @@ class _Rows:
 
     def __init__(self) -> None:
         self._blocks: list[NDArray[np.float32]] = []
-        self._count = 0
+        self.count = 0
 
-    def add(self, pose: Pose | None) -> None:
-        if self._count % _ROWS == 0:
-            self._blocks.append(np.full((_ROWS, COUNT, 6), np.nan, np.float32))
-        if pose is not None:
-            row = self._blocks[-1][self._count % _ROWS]
-            row[:, :2], row[:, 2], row[:, 3:] = pose.points_px - 0.5, pose.scores, pose.world_m
-        self._count += 1
+    def set(self, poses: Mapping[int, Pose | None]) -> None:
+        """Poses by index of the frame: of the next one, and of some before it."""
+        for index, pose in poses.items():
+            if index == _ROWS * len(self._blocks):
+                self._blocks.append(np.full((_ROWS, COUNT, 7), np.nan, np.float32))
+            self.count = max(self.count, index + 1)
+            if pose is not None:
+                row = self._blocks[index // _ROWS][index % _ROWS]
+                row[:, :2], row[:, 2], row[:, 3:6] = pose.points_px - 0.5, pose.scores, pose.world_m
+                row[:, 6] = pose.region.side_px
 
     def array(self) -> NDArray[np.float32]:
-        """(T, 33, 6): x, y, score, x, y, z."""
-        whole: NDArray[np.float32] = np.concatenate([*self._blocks, np.empty((0, COUNT, 6), np.float32)])
-        return whole[: self._count]
+        """(T, 33, 7): x, y, score, x, y, z, side of the region."""
+        whole: NDArray[np.float32] = np.concatenate([*self._blocks, np.empty((0, COUNT, 7), np.float32)])
+        return whole[: self.count]
 
 
-def follow(path: Path, network: tracker.Network, look: Look, progress: Progress | None = None) -> Detection:
-    """Follow one person through the frames, and put left and right in order.
+def follow(path: Path, network: searching.Network, look: Look, progress: Progress | None = None) -> Detection:
+    """Find out who is there, follow one person through the frames, and put left and right in order.
 
     Raises:
         InputError: as `detect`.
     """
     info = frames.probe(path, look.turn_deg)
-    follower = Tracker(network, look.choice)
-    rows, numbers, stamps, spent, regions = _Rows(), [], [], [], []
     interval = 1.0 / (info.rate_hz or 30.0)
+    reading = {"fps": look.fps, "interval_s": interval, "turn_deg": look.turn_deg}
+    there = surveys.survey(path, network, look.span, _expected(info, look), **reading)
+    chosen, begin = _chosen(path, there, look.choice)
+    follower = Tracker(network, look.choice)
+    passes, rows = Passes(follower), _Rows()
+    numbers: list[int] = []
+    stamps, spent = list[float](), list[float]()
     clock = -interval
     began = time.perf_counter()
-    seen = frames.frames(path, look.span, fps=look.fps, interval_s=interval, turn_deg=look.turn_deg)
-    for frame in seen:
+    for frame in frames.frames(path, look.span, **reading):  # type: ignore[arg-type]
         _check_size(path, frame.image, info.size_px)
         clock = frame.stamp_s if frame.stamp_s > clock else clock + interval * look.span.every
-        pose = follower.step(frame.image, clock)
-        rows.add(pose)
+        here = begin.pose if begin is not None and begin.row == frame.row else None
+        waits = begin is not None and frame.row < begin.row
+        rows.set(passes.step(len(stamps), frame.image, clock, here, waits=waits))
         numbers.append(frame.row)
         stamps.append(frame.stamp_s)
-        regions.append(np.nan if pose is None else pose.region.side_px)
         now = time.perf_counter()
         spent.append(1000 * (now - began))
         began = now
@@ -140,10 +150,9 @@ def follow(path: Path, network: tracker.Network, look: Look, progress: Progress 
     if follower.chosen < 0:
         raise _nobody(path, follower, look.choice, len(stamps), _expected(info, look))
     values = rows.array().astype(float)
-    points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:]
-    scale = np.asarray(regions) / BODY_M
+    points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:6]
     times = _increasing(np.asarray(stamps), interval * look.span.every)
-    swapped = swaps.find(times, points, scores, world, scale)
+    swapped = swaps.find(times, points, scores, world, values[:, 0, 6] / BODY_M)
     return Detection(
         np.asarray(stamps),
         np.asarray(numbers, np.int64),
@@ -152,11 +161,25 @@ def follow(path: Path, network: tracker.Network, look: Look, progress: Progress 
         swaps.exchange(world, swapped),
         swapped,
         np.asarray(spent),
-        np.array([tracker.bounds(pose) for pose in follower.first[:PEOPLE_MAX]]),
-        follower.chosen,
+        there.boxes(),
+        np.asarray(there.rows, np.int64),
+        chosen,
         follower.losses,
+        passes.found_backward,
         info.size_px,
     )
+
+
+def _chosen(path: Path, there: Survey, choice: Choice) -> tuple[int, Sighting | None]:
+    """Index of the person to follow, and where they are seen first; none: the first one who comes."""
+    if choice.at_px is not None:
+        return there.at(*choice.at_px) or (-1, None)
+    number = choice.number or 1
+    if number > len(there.people) > 0:
+        known = surveys.described(there.boxes(), len(there.rows))
+        people = counted(len(there.people), "person", "people")
+        raise InputError(f"{path}: --person {number}: found {people}: {known}")
+    return (number - 1, there.people[number - 1][0]) if there.people else (-1, None)
 
 
 def _expected(info: frames.Info, look: Look) -> int:
@@ -183,25 +206,13 @@ def _check_size(path: Path, image: Image, size: tuple[int, int]) -> None:
 def _nobody(path: Path, follower: Tracker, choice: Choice, count: int, told: int) -> InputError:
     if count == 0:
         return InputError(f"{path}: found no frame that can be decoded; valid: a whole video")
-    there = described(np.array([tracker.bounds(pose) for pose in follower.first]))
-    if choice.at_px is not None and there:
+    boxes = [[0, i, *figures.bounds(pose)] for i, pose in enumerate(follower.first)]
+    if choice.at_px is not None and boxes:
         where = f"found no person at {choice.at_px[0]:g},{choice.at_px[1]:g}"
+        there = surveys.described(np.array(boxes), 1)
         return InputError(
             f"{path}: --person-at: {where} in {counted(count, 'frame')}; valid: a place on one of {there}"
         )
-    if choice.number is not None and there:
-        people = f"at most {counted(len(follower.first), 'person', 'people')} at a time"
-        return InputError(f"{path}: --person {choice.number}: found {people}: {there}")
     damaged = f", of {told}: the rest cannot be decoded" if count < told else ""
     nobody = f"found no person in {counted(count, 'frame')}{damaged}"
     return InputError(f"{path}: people: {nobody}; valid: a video that shows a person")
-
-
-def described(people_px: Array) -> str:
-    """People by number, middle and longer side of their landmarks, for messages."""
-    words = []
-    for i, (left, top, right, bottom) in enumerate(people_px.reshape(-1, 4), 1):
-        wide, high = right - left, bottom - top
-        size = f"{high:.0f} px high" if high >= wide else f"{wide:.0f} px wide"
-        words.append(f"{i} (at {(left + right) / 2:.0f},{(top + bottom) / 2:.0f}, {size})")
-    return ", ".join(words)

@@ -18,7 +18,7 @@ from simrecon.io.npz import parse_npz
 from simrecon.io.reading import read_bytes
 from simrecon.types import Array, IntArray
 
-SCHEMA = "simrecon.detection/1"
+SCHEMA = "simrecon.detection/2"
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,12 @@ class Detection:
         world_m: (T, 33, 3) around the middle of the hips, axes of the camera.
         swapped: (T, 2) left and right were exchanged by us, arms and legs.
         frame_ms: (T,) time spent on each frame, decoding included.
-        people_px: (N, 4) x0 y0 x1 y1 of the people in the frame of the choice, the largest first.
-        chosen: index of the person in it.
+        sightings: (M, 6) row, index of the person, x0 y0 x1 y1, of everybody in the frames that were looked
+            at before (`survey`), the people who are seen best first.
+        looked: (S,) numbers of these frames.
+        chosen: index of the person who was followed; -1: one who is in none of these frames.
         losses: how often the person was lost.
+        backward: number of frames whose landmarks are of the pass backward in time.
         size_px: (2,) width and height of the upright image.
     """
 
@@ -46,9 +49,11 @@ class Detection:
     world_m: Array
     swapped: NDArray[np.bool_]
     frame_ms: Array
-    people_px: Array
+    sightings: Array
+    looked: IntArray
     chosen: int
     losses: int
+    backward: int
     size_px: tuple[int, int]
 
     @property
@@ -87,8 +92,10 @@ def _parse(arrays: Arrays) -> Detection:
         world_m=arrays.floats("world_m", ("T", COUNT, 3)),
         swapped=arrays.array("swapped").astype(bool),
         frame_ms=arrays.finite("frame_ms", ("T",)),
-        people_px=arrays.finite("people_px", ("N", 4)),
+        sightings=arrays.finite("sightings", ("M", 6)),
+        looked=arrays.finite("looked", ("S",)).astype(np.int64),
         chosen=int(arrays.finite("chosen", ())),
         losses=int(arrays.finite("losses", ())),
+        backward=int(arrays.finite("backward", ())),
         size_px=(int(size[0]), int(size[1])),
     )

@@ -9,7 +9,7 @@ from simrecon.evidence.camera import fov
 from simrecon.evidence.content import Content
 from simrecon.evidence.cutting import Span
 from simrecon.evidence.options import Options
-from simrecon.evidence.video import detection, frames, metadata, weights
+from simrecon.evidence.video import detection, frames, metadata, survey, weights
 from simrecon.evidence.video.blazepose import NAMES
 from simrecon.evidence.video.detection import Look
 from simrecon.evidence.video.kept import Detection
@@ -34,10 +34,8 @@ def read(content: Content, options: Options) -> Evidence:
     """
     info = frames.probe(content.path, options.turn_deg or 0)
     camera, lens = _lens(content, options, info)
-    choice = _choice(content, options)
     model = options.model or weights.best()
-    look = Look(choice, options.span, options.fps, options.turn_deg or 0)
-    detected, cached = detection.detect(content.path, content.sha256, model, look, options.progress)
+    detected, asked, cached = look(content, options)
     times, clock = _times(content, detected, info, options.fps)
     if len(times) < 2:
         raise content.fail("frames", "a single frame", "a video of two frames or more")
@@ -46,7 +44,8 @@ def read(content: Content, options: Options) -> Evidence:
     reading = [
         f"{content.path.name}, {size}, {counted(len(times), 'frame')}, {clock}",
         f"lens: {lens}",
-        f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: {_whom(detected, choice)}",
+        f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: "
+        f"{_whom(detected, asked.choice)}",
         *_notes(detected, info, seen, times, whole=options.span.is_all),
     ]
     return Evidence(
@@ -62,6 +61,21 @@ def read(content: Content, options: Options) -> Evidence:
         sha256=content.sha256,
         reading="; ".join(reading),
     )
+
+
+def look(content: Content, options: Options) -> tuple[Detection, Look, bool]:
+    """Follow one person.
+
+    Returns:
+        What was found, how it was looked for, and whether it came out of the cache.
+
+    Raises:
+        InputError: no weights, no extra, a damaged video, or no such person.
+    """
+    asked = Look(_choice(content, options), options.span, options.fps, options.turn_deg or 0)
+    model = options.model or weights.best()
+    detected, cached = detection.detect(content.path, content.sha256, model, asked, options.progress)
+    return detected, asked, cached
 
 
 def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera, str]:
@@ -85,7 +99,9 @@ def _choice(content: Content, options: Options) -> Choice:
     if options.person is None:
         return Choice(at_px=options.person_at)
     if not (options.person.isdecimal() and 1 <= int(options.person) <= detection.PEOPLE_MAX):
-        raise content.fail("--person", repr(options.person), "1 (the largest), 2, …; or --person-at X,Y")
+        raise content.fail(
+            "--person", repr(options.person), "1 (the one seen best), 2, …; or --person-at X,Y"
+        )
     return Choice(number=int(options.person))
 
 
@@ -130,15 +146,13 @@ def _speed(detected: Detection) -> str:
 
 
 def _whom(detected: Detection, choice: Choice) -> str:
-    count = len(detected.people_px)
-    start = int(np.argmax(detected.seen))
+    known = survey.described(detected.sightings, len(detected.looked))
+    count = len(np.unique(detected.sightings[:, 1]))
     if count < 2:
-        text = "one person"
-    else:
-        others = detection.described(detected.people_px)
-        reason = "as chosen" if choice != Choice() else "the largest; --person or --person-at chooses"
-        text = f"person {detected.chosen + 1} of {count}, {reason}; in frame {detected.rows[start]}: {others}"
-    return text
+        return "one person"
+    reason = "as chosen" if choice != Choice() else "seen best; --person or --person-at chooses"
+    number = f"person {detected.chosen + 1}" if detected.chosen >= 0 else "another person"
+    return f"{number} of {count}, {reason}: {known}"
 
 
 def _notes(
@@ -150,6 +164,8 @@ def _notes(
             f"unseen in {int((~seen).sum())} of {counted(len(times), 'frame')}, "
             f"lost {counted(detected.losses, 'time')}"
         )
+    if detected.backward:
+        notes.append(f"{counted(detected.backward, 'frame')} found backward in time")
     for part, number in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):
         if number:
             notes.append(f"left and right {part} exchanged in {counted(int(number), 'frame')}")

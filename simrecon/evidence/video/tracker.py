@@ -8,124 +8,43 @@ colours is found in it.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-import cv2
 import numpy as np
 
-from simrecon.evidence.video.blazepose import NAMES, Image, Pose, Region
-from simrecon.evidence.video.candidates import Candidate
+from simrecon.evidence.video.blazepose import Image, Pose, Region
+from simrecon.evidence.video.figures import (
+    PRESENCE_MIN,
+    SIZE_RATIO_MAX,
+    bounds,
+    colour_distance,
+    colours,
+    middle,
+)
+from simrecon.evidence.video.searching import Network, people, tiles
 from simrecon.types import Array
 
-PRESENCE_MIN = 0.5
 # In sides of the region, about 1.3 times the person's height.
-SAME_PERSON_MAX = 0.25  # two poses this near are one person's
 STEP_MAX, SPEED_MAX_PER_S = 0.05, 4.0  # of the middle of the body, while followed
 SEARCH_MAX, SEARCH_SPEED_PER_S = 0.35, 1.5  # while searched for
-SIZE_RATIO_MAX, SIZE_GROWTH_PER_S = 1.4, 1.5
+SIZE_GROWTH_PER_S = 1.5
 # Bhattacharyya distance of the trunk's colours, 0 the same to 1 nothing in common.
 COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.62, 0.55
 COLOUR_EASE_PER_S, COLOUR_EASE_MAX = 0.2, 0.85  # the limit of the search grows: light changes, people turn
 COLOUR_TIME_S = 0.5  # in which the remembered colours follow the seen ones, slower if they differ
-COLOUR_BINS = (12, 4, 4)  # hue, saturation, value
-TRUNK = tuple(NAMES.index(name) for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip"))
-
-
-class Network(Protocol):
-    """What finds people and their landmarks."""
-
-    def candidates(self, image: Image, tile: tuple[int, int, int, int] | None = None) -> list[Candidate]:
-        """People in an image, or in a tile of it."""
-
-    def pose(self, image: Image, region: Region) -> Pose:
-        """Landmarks in a region."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which person: the N-th by size, from 1 on, or the one at a place in the image; else the largest."""
+    """Which person: by number (`survey`), from 1 on, or the one at a place in the image; else number 1."""
 
     number: int | None = None
     at_px: tuple[float, float] | None = None
 
 
 ANYBODY = Choice()
-
-
-def middle(pose: Pose) -> Array:
-    """Middle of the trunk, (2,) px."""
-    return np.asarray(pose.points_px[list(TRUNK)].mean(axis=0))
-
-
-def bounds(pose: Pose) -> Array:
-    """x0 y0 x1 y1 of the landmarks that are seen."""
-    points = pose.points_px[pose.scores >= 0.3] if (pose.scores >= 0.3).any() else pose.points_px
-    return np.concatenate((points.min(axis=0), points.max(axis=0)))
-
-
-def size_px(pose: Pose) -> float:
-    """Longer side of the box of the landmarks that are seen."""
-    left, top, right, bottom = bounds(pose)
-    return float(max(right - left, bottom - top))
-
-
-def tiles(width: int, height: int) -> list[tuple[int, int, int, int]]:
-    """The image in overlapping squares along its longer side, none for an image that is about square."""
-    side = min(width, height)
-    longer = max(width, height)
-    if longer < 1.2 * side:
-        return []
-    starts = np.linspace(0, longer - side, int(np.ceil(1.5 * longer / side))).round().astype(int)
-    return [(int(s), 0, side, side) if width > height else (0, int(s), side, side) for s in starts]
-
-
-def people(network: Network, image: Image) -> list[Pose]:
-    """Everybody in an image, the largest first; detection in the whole image and in tiles of it."""
-    candidates = network.candidates(image)
-    for tile in tiles(image.shape[1], image.shape[0]):
-        candidates += network.candidates(image, tile)
-    poses: list[Pose] = []
-    for candidate in sorted(candidates, key=lambda one: -one.score):
-        if any(_same(pose.region, candidate.region) for pose in poses):
-            continue
-        pose = network.pose(image, candidate.region)
-        if pose.presence >= PRESENCE_MIN and not any(_same(p.region, pose.region) for p in poses):
-            poses.append(pose)
-    return sorted(poses, key=lambda pose: -size_px(pose))
-
-
-def _same(a: Region, b: Region) -> bool:
-    apart = float(np.linalg.norm(a.centre_px - b.centre_px))
-    ratio = max(a.side_px, b.side_px) / max(min(a.side_px, b.side_px), 1e-6)
-    return apart <= SAME_PERSON_MAX * min(a.side_px, b.side_px) and ratio <= SIZE_RATIO_MAX**2
-
-
-def colours(image: Image, pose: Pose) -> Array | None:
-    """Histogram of the trunk's colours, sum 1; None if too little of it is in the image."""
-    corners = pose.points_px[list(TRUNK)]
-    low = np.maximum(np.floor(corners.min(axis=0)), 0).astype(int)
-    high = np.minimum(np.ceil(corners.max(axis=0)), [image.shape[1], image.shape[0]]).astype(int)
-    if (high - low < 4).any():
-        return None
-    step = max(int((high - low).max()) // 64, 1)
-    part = np.ascontiguousarray(image[low[1] : high[1] : step, low[0] : high[0] : step])
-    mask = np.zeros(part.shape[:2], np.uint8)
-    cv2.fillConvexPoly(mask, np.rint((corners - low) / step).astype(np.int32), 255)
-    if np.count_nonzero(mask) < 20:
-        return None
-    hsv = cv2.cvtColor(part, cv2.COLOR_BGR2HSV)
-    counts = cv2.calcHist([hsv], [0, 1, 2], mask, list(COLOUR_BINS), [0, 180, 0, 256, 0, 256])
-    share: Array = np.asarray(counts, float).ravel()
-    return np.asarray(share / share.sum())
-
-
-def colour_distance(a: Array | None, b: Array | None) -> float:
-    """Bhattacharyya distance √(1 − Σ√(ab)) of two histograms; 0 where one is unknown."""
-    if a is None or b is None:
-        return 0.0
-    return float(np.sqrt(max(1.0 - np.sqrt(a * b).sum(), 0.0)))
 
 
 class Tracker:
@@ -168,6 +87,18 @@ class Tracker:
             self._followed = False
             self.losses += 1
         return self._search(image, time_s, since_s)
+
+    def begin(self, image: Image, pose: Pose, time_s: float) -> Pose:
+        """Follow the person of a pose, which is of this frame."""
+        self.first, self.chosen = (pose,), 0
+        return self._take(image, pose, time_s)
+
+    def reversed(self, image: Image, pose: Pose, time_s: float) -> Tracker:
+        """A tracker of the same person that goes back in time from a frame; its times are negative."""
+        other = copy.copy(self)
+        other._last, other._last_s = None, -time_s
+        other._take(image, pose, -time_s)
+        return other
 
     def _choose(self, image: Image, time_s: float) -> Pose | None:
         poses = people(self._network, image)
