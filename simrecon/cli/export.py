@@ -12,6 +12,7 @@ from simrecon import exports, results
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
+from simrecon.exports.view import RIGS
 from simrecon.io.messages import counted
 from simrecon.replay import SIMULATED
 
@@ -26,13 +27,29 @@ def add(commands: Any) -> None:
         required=True,
         help=f"formats, between commas: {', '.join(exports.FORMATS)}",
     )
-    parser.add_argument("-o", dest="output", metavar="DIR", help="folder for the files [OUT]")
+    parser.add_argument("-o", dest="output", metavar="DIR", help="folder for the files [OUT/export]")
+    parser.add_argument("--rig", default="simrecon", help=f"joint names: {', '.join(RIGS)} [%(default)s]")
+    parser.add_argument("--fps", type=float, metavar="HZ", help="frame rate [that of the result]")
+    parser.add_argument(
+        "--of", default="simulation", help="simulation, or fit: the kinematic fit [%(default)s]"
+    )
+    parser.add_argument(
+        "--legs",
+        type=float,
+        default=1.0,
+        metavar="RATIO",
+        help="for a rig with legs so many times as long; feet stay where they stand [1]",
+    )
 
 
 def _export(options: argparse.Namespace) -> int:
     result = results.open_result(options.result)
-    for path in exports.export(result, options.to.split(","), options.output):
+    formats = [word.strip() for word in options.to.split(",")]
+    asked = {"rig": options.rig, "fps": options.fps, "of": options.of, "legs": options.legs}
+    for path in exports.export(result, formats, options.output, **asked):
         print(f"written  {path}")
+    if options.of != "simulation":
+        return 0
     fallback = int(np.count_nonzero(result.motion.status != SIMULATED))
     if fallback:
         verb = "is" if fallback == 1 else "are"

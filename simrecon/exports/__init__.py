@@ -1,56 +1,75 @@
 """A result as files of other programs: one module for each format, all made of a `Result`.
 
-A format is a name in `results.folder.EXPORTS`, which is also the suffix, and the module of that name here,
-whose `write` makes the file. It is imported when it is first used: a format may need packages of its own.
+A format is a name in `results.folder.EXPORTS`, which also has the names of its files, and the module of that
+name here, whose `write` makes them. It is imported when it is first used: a format may need packages of its
+own.
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from simrecon.errors import InputError
+from simrecon.exports import view as views
+from simrecon.exports.view import ResultView
 from simrecon.io import atomic
+from simrecon.io.messages import hint
 from simrecon.results import Result, open_result
-from simrecon.results.folder import EXPORTS
+from simrecon.results.folder import EXPORT, EXPORTS
 
-FORMATS = EXPORTS
+FORMATS = tuple(EXPORTS)
 
 
-def writer(name: str) -> Callable[[Result], bytes]:
-    """What makes the file of a format, one of `FORMATS`."""
-    write: Callable[[Result], bytes] = importlib.import_module(f"simrecon.exports.{name}").write
+def writer(name: str) -> Callable[[ResultView], Mapping[str, bytes]]:
+    """What makes the files of a format, one of `FORMATS`: their contents by name."""
+    write: Callable[[ResultView], Mapping[str, bytes]] = importlib.import_module(
+        f"simrecon.exports.{name}"
+    ).write
     return write
 
 
 def export(
-    result: Result | Path | str, formats: Sequence[str], target: Path | str | None = None
+    result: Result | Path | str,
+    formats: Sequence[str],
+    target: Path | str | None = None,
+    *,
+    rig: str = "simrecon",
+    fps: float | None = None,
+    of: str = "simulation",
+    legs: float = 1.0,
 ) -> list[Path]:
-    """Write the simulated motion of a result in other formats.
+    """Write the motion of a result in other formats.
 
     Args:
         result: an opened result, or its folder.
         formats: names of `FORMATS`.
-        target: folder to write to, which is made; that of the result if None.
+        target: folder to write to, which is made; `export` in that of the result if None.
+        rig: whose joint names BVH and USD have: `simrecon`, `mixamo`, `lafan1` or `rokoko`.
+        fps: frame rate, Hz; that of the result if None.
+        of: `simulation`, or `fit` for the kinematic fit.
+        legs: length of the rig's legs over that of the person's; feet stay where they stand.
 
     Returns:
-        The files written, `motion.<format>`.
+        The files written.
 
     Raises:
-        InputError: it is no result, there is no such format, or the folder can't be written.
+        InputError: it is no result, there is no such format, an option is none, a format needs a package that
+            is not installed, or the folder can't be written.
     """
-    if unknown := [name for name in formats if name not in FORMATS]:
-        raise InputError(f"--to: found {', '.join(unknown)}; valid: {', '.join(FORMATS)}")
-    opened = result if isinstance(result, Result) else open_result(result)
-    folder = Path(opened.folder if target is None else target)
-    written = []
     for name in formats:
-        path, content = folder / f"motion.{name}", writer(name)(opened)
+        if name not in EXPORTS:
+            raise InputError(f"--to: found {name}{hint(name, FORMATS)}; valid: {', '.join(FORMATS)}")
+    choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs)
+    opened = result if isinstance(result, Result) else open_result(result)
+    view = views.of(opened, choices)
+    folder = opened.folder / EXPORT if target is None else Path(target)
+    made = {folder / file: content for name in formats for file, content in writer(name)(view).items()}
+    for path, content in made.items():
         try:
             folder.mkdir(parents=True, exist_ok=True)
             atomic.write_bytes(path, content)
         except OSError as error:
             raise atomic.cannot_write(path, error) from error
-        written.append(path)
-    return written
+    return list(made)

@@ -13,9 +13,10 @@ import numpy as np
 from simrecon import __version__
 from simrecon.body import clothed
 from simrecon.body.clothed import Skin
-from simrecon.exports import gltf, scenery
-from simrecon.exports.clock import TO_Y_UP
+from simrecon.exports import gltf, rigs, scenery
+from simrecon.exports.axes import TO_Y_UP
 from simrecon.exports.gltf import Clip, Document
+from simrecon.exports.view import ResultView
 from simrecon.geometry import rotations
 from simrecon.results import Result, kinematic
 from simrecon.types import Array, Body, IntArray
@@ -25,25 +26,34 @@ PERSON, MOTION = "person", "motion"
 _INFLUENCES = 4
 
 
-def write(result: Result) -> bytes:
-    """The simulated motion of a result at its own frames, with the forces of contact as arrays."""
+def write(view: ResultView) -> dict[str, bytes]:
+    """The motion; at the result's own frames, that of the person with the forces of contact as arrays."""
     document = Document(f"simrecon {__version__}")
-    joints = add_person(document, result.body)
-    motion = result.motion
-    clip = add_clip(document, MOTION, motion.times_s, motion.qpos, result.body, joints)
-    scenery.add(document, result, motion.qpos, clip)
-    _add_forces(document, result)
-    return document.binary()
+    names = rigs.names(view.choices.rig, view.body.skeleton.names)
+    joints = add_person(document, view.body, names)
+    times_s, qpos = view.times_s, view.whole_qpos
+    if view.is_as_simulated:
+        times_s, qpos = view.result.motion.times_s, view.result.motion.qpos
+    clip = add_clip(document, MOTION, times_s, qpos, view.body, joints)
+    scenery.add(document, view.result, qpos, clip)
+    if view.is_as_simulated:
+        _add_forces(document, view.result)
+    return {"motion.glb": document.binary()}
 
 
-def add_person(document: Document, body: Body) -> tuple[int, ...]:
+def add_person(document: Document, body: Body, names: tuple[str, ...] = ()) -> tuple[int, ...]:
     """Add skeleton and skin, in the relaxed stance on the origin.
+
+    Args:
+        document: to add to.
+        body: the person.
+        names: of the nodes of the segments; those of the segments if none are given.
 
     Returns:
         The node of each segment.
     """
     skin = clothed.skin(body)
-    joints = _add_skeleton(document, body, skin)
+    joints = _add_skeleton(document, body, skin, names or body.skeleton.names)
     vertices_m, world = _grounded(skin)
     material = document.add_material("skin", SKIN_RGB, roughness=0.7)
     order = np.argsort(-skin.weights, axis=1, kind="stable")[:, :_INFLUENCES]
@@ -66,11 +76,11 @@ def add_person(document: Document, body: Body) -> tuple[int, ...]:
     return joints
 
 
-def _add_skeleton(document: Document, body: Body, skin: Skin) -> tuple[int, ...]:
-    """Add the segments, named as in the result, in the relaxed stance."""
+def _add_skeleton(document: Document, body: Body, skin: Skin, names: tuple[str, ...]) -> tuple[int, ...]:
+    """Add the segments in the relaxed stance."""
     skeleton, world = body.skeleton, _grounded(skin)[1]
     first = len(document.content.get("nodes", []))
-    for segment, name in enumerate(skeleton.names):
+    for segment, name in enumerate(names):
         parent = int(skeleton.parents[segment])
         turn = world[segment, :3, :3] if parent < 0 else skin.axes[parent].T @ skin.axes[segment]
         place = world[segment, :3, 3] if parent < 0 else skeleton.offsets_m[segment]

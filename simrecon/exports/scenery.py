@@ -6,7 +6,7 @@ import numpy as np
 
 from simrecon.drawing import pieces
 from simrecon.exports import gltf
-from simrecon.exports.clock import TO_Y_UP
+from simrecon.exports.axes import TO_Y_UP
 from simrecon.exports.gltf import Clip, Document
 from simrecon.geometry import rotations
 from simrecon.results import Result

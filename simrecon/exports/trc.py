@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from simrecon import kinematics
-from simrecon.exports.clock import TO_Y_UP, uniform_motion
-from simrecon.results import Result
+from simrecon.exports import tables
+from simrecon.exports.axes import TO_Y_UP
+from simrecon.exports.view import ResultView
 from simrecon.types import Array
 
 HEADER = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame OrigNumFrames"
 
 
-def write(result: Result) -> bytes:
-    """Joint centres and landmarks of a result's simulated motion, at a uniform frame rate."""
-    times_s, qpos = uniform_motion(result)
-    places_m = kinematics.configurations(result.body, qpos)[1]
-    return trc(times_s, result.body.skeleton.point_names, places_m)
+def write(view: ResultView) -> dict[str, bytes]:
+    """Joint centres and landmarks of the motion."""
+    return {"motion.trc": trc(view.times_s, view.body.skeleton.point_names, view.points_m)}
 
 
 def trc(times_s: Array, names: tuple[str, ...], places_m: Array) -> bytes:
@@ -37,9 +35,5 @@ def trc(times_s: Array, names: tuple[str, ...], places_m: Array) -> bytes:
         "\t".join(labels).rstrip("\t"),
         "\t".join(axes),
     ]
-    rows = (places_m @ TO_Y_UP.T).reshape(count, -1)
-    lines = [
-        "\t".join((str(frame + 1), f"{time:.6f}", *(f"{value:.6f}" for value in row)))
-        for frame, (time, row) in enumerate(zip(times_s - times_s[0], rows, strict=True))
-    ]
-    return "\n".join([*head, *lines, ""]).encode("ascii")
+    rows = tables.rows((times_s - times_s[0], places_m @ TO_Y_UP.T))
+    return tables.lines(head, [f"{frame}\t{row}" for frame, row in enumerate(rows, 1)])

@@ -27,6 +27,7 @@ class Trace:
         states: (N + 1, nstate).
         force_N: (N + 1, C, 3) of the scene on each part; pressure_N: (N + 1, C) sum of the normal forces.
         moment_Nm: (N + 1, C, 3) sum of normal force times place of contact.
+        couple_Nm: (N + 1, C, 3) moment of the forces about the world's origin.
         slip_Nmps: (N + 1, C) sum of normal force times slip.
         torque_Nm: (N + 1, nu).
         root_force_N: largest component of a motor on the free root.
@@ -38,6 +39,7 @@ class Trace:
     force_N: Array
     pressure_N: Array
     moment_Nm: Array
+    couple_Nm: Array
     slip_Nmps: Array
     torque_Nm: Array
     root_force_N: float
@@ -51,7 +53,7 @@ class _Rows:
     def __init__(self, model: mujoco.MjModel, rows: int, parts: tuple[str, ...]) -> None:
         self.model = model
         self.states = np.empty((rows, mujoco.mj_stateSize(model, STATE)))
-        self.force, self.moment = np.zeros((2, rows, len(parts), 3))
+        self.force, self.moment, self.couple = np.zeros((3, rows, len(parts), 3))
         self.pressure, self.slip = np.zeros((2, rows, len(parts)))
         self.torque = np.zeros((rows, model.nu))
         self.root = self.applied = self.depth = 0.0
@@ -71,6 +73,7 @@ class _Rows:
         np.add.at(self.force[k], touching.part, force)
         np.add.at(self.pressure[k], touching.part, normal)
         np.add.at(self.moment[k], touching.part, normal[:, None] * places)
+        np.add.at(self.couple[k], touching.part, np.cross(places, force))
         np.add.at(self.slip[k], touching.part, normal * slip)
 
 
@@ -100,6 +103,7 @@ def replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str, 
         rows.force,
         rows.pressure,
         rows.moment,
+        rows.couple,
         rows.slip,
         rows.torque,
         float(rows.root),

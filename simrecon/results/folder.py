@@ -18,13 +18,19 @@ CONTACTS = "contacts.toml"
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
-EXPORTS = ("bvh", "glb", "trc")
-"""Formats of `simrecon.exports`: the files `motion.<format>` belong to a result."""
-FILES = (
-    MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, *OVERLAYS,
-    *(f"motion.{name}" for name in EXPORTS),
-)  # fmt: skip
-"""All that a result folder may hold: only a folder of these is ever replaced."""
+EXPORT = "export"
+"""The folder in a result that holds its motion in other formats."""
+EXPORTS = {
+    "bvh": ("motion.bvh",),
+    "glb": ("motion.glb",),
+    "trc": ("motion.trc",),
+}
+"""Formats of `simrecon.exports`, and the files of each in `EXPORT`."""
+EXPORTED = frozenset(name for names in EXPORTS.values() for name in names)
+EARLIER = ("motion.bvh", "motion.trc")
+"""Exports beside the motion, where earlier versions wrote them."""
+FILES = (MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, *OVERLAYS, *EARLIER)
+"""All that a result folder may hold beside `EXPORT`: only a folder of these is ever replaced."""
 
 
 def check_writable(folder: Path | str) -> None:
@@ -78,11 +84,12 @@ def is_plain(folder: Path) -> bool:
 def _inside(folder: Path) -> tuple[list[str], list[str]]:
     """Names in a folder, and those of them that are no file of a result."""
     entries = sorted(folder.iterdir())
-    foreign = [
-        f"{path.name}/" if path.is_dir() else path.name
-        for path in entries
-        if path.name not in FILES or path.is_dir()
-    ]
+    foreign = []
+    for path in entries:
+        if path.name == EXPORT and path.is_dir() and not path.is_symlink():
+            foreign += [f"{EXPORT}/{name}" for name in sorted(os.listdir(path)) if name not in EXPORTED]
+        elif path.name not in FILES or path.is_dir():
+            foreign.append(f"{path.name}/" if path.is_dir() else path.name)
     return [path.name for path in entries], foreign
 
 

@@ -95,7 +95,12 @@ def discard(folder: Path) -> bool:
         return False
     try:
         for path in sorted(folder.iterdir(), key=lambda path: path.name == folders.REPORT):
-            path.unlink()
+            if path.name == folders.EXPORT:
+                for exported in path.iterdir():
+                    exported.unlink()
+                path.rmdir()
+            else:
+                path.unlink()
         folder.rmdir()
     except OSError:  # what is put into it meanwhile stays
         return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +12,11 @@ from simrecon.errors import InputError
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import hierarchy
 from simrecon.exports import bvh as writer
-from simrecon.exports.clock import TO_Y_UP
+from simrecon.exports import view as views
+from simrecon.exports.axes import LOCAL, TO_Y_UP
 from simrecon.geometry import rotations
 from simrecon.results import kinematic
 from simrecon.types import Array
-from tests.support.runs import job_of
 
 POINTS = tuple(
     f"{side}_{joint}"
@@ -26,16 +25,9 @@ POINTS = tuple(
 )
 
 
-@pytest.fixture(scope="module")
-def finished(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("results") / "squat"
-    results.write(job_of(folder), run)
-    return folder
-
-
 def test_bvh_is_read_back_in_the_same_world(finished: Path) -> None:
     (path,) = exports.export(finished, ("bvh",))
-    assert path == finished / "motion.bvh"
+    assert path == finished / "export" / "motion.bvh"
     motion, found = results.read_motion(finished), evidence.read(path)
     kept = np.delete(np.arange(10), 4)  # the frame that was dropped is in the file
     np.testing.assert_allclose(found.times_s[kept], motion.times_s - motion.times_s[0], atol=1e-6)
@@ -59,8 +51,8 @@ def test_rotations_are_read_back(finished: Path) -> None:
     segments = [i for i, joint in enumerate(named) if not joint.name.endswith("ToeBase")]
     kept = np.delete(np.arange(10), 4)
     angles = np.radians(values[:, 3:].reshape(len(values), -1, 3))[kept][:, segments]  # (T, 17, 3)
-    world = TO_Y_UP.T @ composed(angles[:, 0]) @ writer.LOCAL
-    local = writer.LOCAL.T @ composed(angles[:, 1:]) @ writer.LOCAL
+    world = TO_Y_UP.T @ composed(angles[:, 0]) @ LOCAL
+    local = LOCAL.T @ composed(angles[:, 1:]) @ LOCAL
     ours = rotations.multiply(body.skeleton.rest[1:], quats[:, 1:])
     assert rotations.angle_between(rotations.from_matrix(world), quats[:, 0]).max() < 1e-4
     assert rotations.angle_between(rotations.from_matrix(local), ours).max() < 1e-4
@@ -90,3 +82,24 @@ def test_the_command_writes_elsewhere_too(
     assert "--to: found fbx; valid: bvh" in capsys.readouterr().err
     with pytest.raises(InputError, match="no such folder"):
         exports.export(tmp_path / "none", ("bvh",))
+
+
+@pytest.mark.parametrize("rig", views.RIGS)
+def test_a_rig_has_its_names_and_the_same_motion(finished: Path, tmp_path: Path, rig: str) -> None:
+    (path,) = exports.export(finished, ("bvh",), tmp_path, rig=rig)
+    joints, _, _ = hierarchy.parse(Content(path, "text"))
+    names = [joint.name for joint in joints if joint.channels]
+    wanted = {
+        "simrecon": ("Hips", "LeftUpLeg", "RightToeBase"),
+        "mixamo": ("mixamorig:Hips", "mixamorig:Spine2", "mixamorig:RightShoulder"),
+        "lafan1": ("Hips", "Spine2", "LeftShoulder", "RightToe"),
+        "rokoko": ("Spine3", "LeftThigh", "RightShin"),
+    }
+    assert set(wanted[rig]) <= set(names)
+    assert len(names) == len(set(names)) == (19 if rig == "simrecon" else 22)
+    motion, found = results.read_motion(finished), evidence.read(path)
+    kept = np.delete(np.arange(10), 4)
+    for point in POINTS:
+        ours = motion.joints_m[:, motion.joint_names.index(point)]
+        theirs = found.joints_m[:, found.joint_names.index(point)]
+        np.testing.assert_allclose(theirs[kept], ours, atol=1e-4, err_msg=point)

@@ -18,7 +18,7 @@ from simrecon import exports, results
 from simrecon import scene as scenes
 from simrecon.body import clothed, shape
 from simrecon.exports import gltf
-from simrecon.exports.clock import TO_Y_UP
+from simrecon.exports.axes import TO_Y_UP
 from simrecon.geometry import rotations
 from simrecon.results import Result
 from simrecon.sim.models import compile_text
@@ -177,3 +177,15 @@ def test_the_validator_of_khronos_finds_nothing(finished: Result) -> None:
         pytest.skip("needs the npm package gltf-validator; NODE_PATH names the folder it is in")
     issues = json.loads(done.stdout)
     assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]
+
+
+def test_the_fit_with_the_names_of_a_rig_at_another_rate(finished: Result, tmp_path: Path) -> None:
+    (path,) = exports.export(finished, ("glb",), tmp_path, rig="mixamo", of="fit", fps=60.0)
+    other = Read(path.read_bytes())
+    assert "extras" not in other.json["scenes"][0]
+    clip = other.json["animations"][0]
+    assert len(other.array(clip["samplers"][0]["input"])) == 19
+    moved = other.moved(0)
+    pelvis = moved["mixamorig:Hips"][:3, 3] @ TO_Y_UP
+    assert finished.motion.kinematic_qpos is not None
+    np.testing.assert_allclose(pelvis, finished.motion.kinematic_qpos[0, :3], atol=1e-5)

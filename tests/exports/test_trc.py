@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,17 +10,14 @@ import pytest
 from simrecon import exports, results
 from simrecon.evidence.content import Content
 from simrecon.evidence.mocap import trc
-from tests.support.runs import job_of
 
 
-def test_trc_is_read_back_in_the_same_world(run: Any, tmp_path: Path) -> None:
-    folder = tmp_path / "squat"
-    results.write(job_of(folder), run)
-    (path,) = exports.export(folder, ("trc",))
+def test_trc_is_read_back_in_the_same_world(finished: Path, tmp_path: Path) -> None:
+    (path,) = exports.export(finished, ("trc",), tmp_path)
     table = trc.parse(Content(path, "text"))
     labels, times_s, places = table.labels, table.times_s, table.places
     assert table.notes == ()
-    motion = results.read_motion(folder)
+    motion = results.read_motion(finished)
     assert table.unit == "m"
     kept = np.delete(np.arange(10), 4)  # the frame that was dropped is in the file
     np.testing.assert_allclose(times_s[kept], motion.times_s - motion.times_s[0], atol=1e-6)
@@ -33,9 +29,8 @@ def test_trc_is_read_back_in_the_same_world(run: Any, tmp_path: Path) -> None:
         np.testing.assert_allclose(z_up[kept, labels.index(name)], ours, atol=1e-5, err_msg=name)
 
 
-def test_the_header_states_what_follows(run: Any, tmp_path: Path) -> None:
-    results.write(job_of(tmp_path / "squat"), run)
-    (path,) = exports.export(tmp_path / "squat", ("trc",))
+def test_the_header_states_what_follows(finished: Path, tmp_path: Path) -> None:
+    (path,) = exports.export(finished, ("trc",), tmp_path)
     lines = path.read_text(encoding="ascii").splitlines()
     stated = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
     assert stated["NumFrames"] == str(len(lines) - 5)
