@@ -40,12 +40,19 @@ def add(commands: Any) -> None:
         metavar="RATIO",
         help="for a rig with legs so many times as long; feet stay where they stand [1]",
     )
+    parser.add_argument(
+        "--cutoff",
+        type=float,
+        metavar="HZ",
+        help="low-pass motion and forces alike, without lag [not at all]",
+    )
 
 
 def _export(options: argparse.Namespace) -> int:
     result = results.open_result(options.result)
     formats = [word.strip() for word in options.to.split(",")]
     asked = {"rig": options.rig, "fps": options.fps, "of": options.of, "legs": options.legs}
+    asked["cutoff_hz"] = options.cutoff
     for path in exports.export(result, formats, options.output, **asked):
         print(f"written  {path}")
     if options.of != "simulation":

@@ -39,6 +39,7 @@ def export(
     fps: float | None = None,
     of: str = "simulation",
     legs: float = 1.0,
+    cutoff_hz: float | None = None,
 ) -> list[Path]:
     """Write the motion of a result in other formats.
 
@@ -50,6 +51,7 @@ def export(
         fps: frame rate, Hz; that of the result if None.
         of: `simulation`, or `fit` for the kinematic fit.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
+        cutoff_hz: of a zero-lag low-pass filter that motion and forces go through alike; None: none.
 
     Returns:
         The files written.
@@ -61,7 +63,7 @@ def export(
     for name in formats:
         if name not in EXPORTS:
             raise InputError(f"--to: found {name}{hint(name, FORMATS)}; valid: {', '.join(FORMATS)}")
-    choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs)
+    choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)
     folder = opened.folder / EXPORT if target is None else Path(target)

@@ -6,11 +6,12 @@ pressure, and a rate of their own. Both are read from the simulation, which is s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.metrics.filters import low_pass
 from simrecon.replay import NO_STEP
 from simrecon.replay.trace import replay
 from simrecon.results import Result
@@ -52,11 +53,19 @@ class Forces:
         """Steps a second."""
         return float((len(self.times_s) - 1) / (self.times_s[-1] - self.times_s[0]))
 
+    def low_passed(self, cutoff_hz: float) -> Forces:
+        """The same through a zero-lag Butterworth filter of fourth order (`metrics.filters.low_pass`)."""
+        interval_s = 1.0 / self.rate_hz
+        rows = np.diff(self.sums, axis=0).reshape(len(self.sums) - 1, -1)
+        smooth = low_pass(rows, interval_s, cutoff_hz).reshape(-1, *self.sums.shape[1:])
+        return replace(self, sums=np.concatenate((self.sums[:1], np.cumsum(smooth, axis=0))))
+
     def at(self, times_s: Array, span_s: float) -> Loads:
         """Means over a span around each time (H,), cut off where the simulation begins and ends.
 
-        Impulse is kept: means over spans that join add up to the whole.
+        Impulse is kept: means over spans that join add up to the whole. Times beyond the ends show these.
         """
+        times_s = np.clip(times_s, self.times_s[0], self.times_s[-1])
         low = np.clip(times_s - span_s / 2, self.times_s[0], self.times_s[-1])
         high = np.clip(times_s + span_s / 2, self.times_s[0], self.times_s[-1])
         flat = self.sums.reshape(len(self.sums), -1)
@@ -98,4 +107,9 @@ def steps(result: Result) -> Forces:
     sums = np.concatenate((np.zeros_like(by_segment[:1]), np.cumsum(by_segment[1:] * interval_s, axis=0)))
     first = known[0]
     begin = float(motion.times_s[first] - motion.frame_step[first] * interval_s)
-    return Forces(np.asarray(begin + interval_s * np.arange(len(sums))), names, sums)
+    return Forces(np.asarray(begin + interval_s * (np.arange(len(sums)) - 0.5)), names, sums)
+
+
+def per_frame(forces: Forces, rate_hz: float) -> int:
+    """How many samples of the forces a frame gets at a frame rate, so that they are about the steps."""
+    return max(1, round(forces.rate_hz / rate_hz))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,8 @@ from simrecon.errors import InputError
 from simrecon.exports import contacts, legs, segments
 from simrecon.exports.forces import Forces, steps
 from simrecon.exports.segments import Segments
+from simrecon.geometry import rotations
+from simrecon.metrics.filters import low_pass
 from simrecon.results import Result, kinematic
 from simrecon.types import Array, Body, Flags
 
@@ -19,6 +21,7 @@ SOURCES = ("simulation", "fit")
 RIGS = ("simrecon", "mixamo", "lafan1", "rokoko")
 FPS_RANGE_HZ = (1.0, 1000.0)
 LEGS_RANGE = (0.5, 2.0)
+CUTOFF_RANGE_HZ = (0.5, 500.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +33,7 @@ class Choices:
         of: `simulation`, or `fit`: the kinematic fit.
         rig: whose joint names a skeleton gets, one of `RIGS`.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
+        cutoff_hz: of a zero-lag low-pass filter for motion and forces alike; None: none.
 
     Raises:
         InputError: a value is none of these.
@@ -39,13 +43,19 @@ class Choices:
     of: str = "simulation"
     rig: str = "simrecon"
     legs: float = 1.0
+    cutoff_hz: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
         for name, value, valid in (("of", self.of, SOURCES), ("rig", self.rig, RIGS)):
             if value not in valid:
                 raise InputError(f"--{name}: found {value!r}; valid: {', '.join(valid)}")
-        for name, number, (low, high) in (("fps", self.fps, FPS_RANGE_HZ), ("legs", self.legs, LEGS_RANGE)):
+        numbers = (
+            ("fps", self.fps, FPS_RANGE_HZ),
+            ("legs", self.legs, LEGS_RANGE),
+            ("cutoff", self.cutoff_hz, CUTOFF_RANGE_HZ),
+        )
+        for name, number, (low, high) in numbers:
             if number is not None and not low <= number <= high:
                 raise InputError(f"--{name}: found {number:g}; valid: {low:g} to {high:g}")
 
@@ -72,7 +82,7 @@ class ResultView:
     def is_as_simulated(self) -> bool:
         """Whether it is the simulated motion of the person, at the result's own rate."""
         asked = self.choices
-        return asked.of == "simulation" and asked.fps is None and asked.legs == 1.0
+        return asked == replace(Choices(), rig=asked.rig)
 
     @cached_property
     def whole_qpos(self) -> Array:
@@ -124,7 +134,8 @@ class ResultView:
         if asked.of != "simulation" or asked.legs != 1.0:
             flag = f"--of {asked.of}" if asked.of != "simulation" else f"--legs {asked.legs:g}"
             raise InputError(f"{flag}: forces belong to the simulation of the person; valid: leave it out")
-        return steps(self.result)
+        forces = steps(self.result)
+        return forces if asked.cutoff_hz is None else forces.low_passed(asked.cutoff_hz)
 
 
 def of(result: Result, choices: Choices) -> ResultView:
@@ -139,12 +150,29 @@ def of(result: Result, choices: Choices) -> ResultView:
         raise InputError(f"{result.folder}: kinematic_qpos: found none; valid: a result that holds it")
     times_s = clock(motion.times_s, choices.fps)
     qpos = kinematic.on_clock(motion.times_s, own[:, : kinematic.coordinates(body)], times_s)
+    if choices.cutoff_hz is not None:
+        qpos = smooth(qpos, times_s, choices.cutoff_hz)
     view = ResultView(result, choices, body, times_s, qpos)
     if choices.legs == 1.0:
         return view
     loaded = legs.feet(view.body.skeleton, view.touching)
     body, qpos = legs.on_other_legs(body, qpos, choices.legs, loaded, result.scene, view.interval_s)
     return ResultView(result, choices, body, times_s, qpos)
+
+
+def smooth(qpos: Array, times_s: Array, cutoff_hz: float) -> Array:
+    """Configurations (G, nq) through a zero-lag low-pass filter (`metrics.filters.low_pass`).
+
+    Raises:
+        InputError: the frame rate does not allow the cut-off.
+    """
+    turns = qpos[:, 3:].reshape(len(qpos), -1, 4)
+    flips = np.where((turns[1:] * turns[:-1]).sum(axis=-1) < 0, -1.0, 1.0).cumprod(axis=0)
+    steady = turns * np.concatenate((np.ones_like(flips[:1]), flips))[..., None]
+    columns = np.concatenate((qpos[:, :3], steady.reshape(len(qpos), -1)), axis=1)
+    slow = low_pass(columns, float(times_s[1] - times_s[0]), cutoff_hz)
+    unit = rotations.canonical(slow[:, 3:].reshape(turns.shape))
+    return np.concatenate((slow[:, :3], unit.reshape(len(qpos), -1)), axis=1)
 
 
 def clock(times_s: Array, fps: float | None) -> Array:

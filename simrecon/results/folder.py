@@ -24,6 +24,8 @@ EXPORTS = {
     "bvh": ("motion.bvh",),
     "glb": ("motion.glb",),
     "trc": ("motion.trc",),
+    "mot": ("forces.mot", "forces.xml"),
+    "c3d": ("motion.c3d",),
 }
 """Formats of `simrecon.exports`, and the files of each in `EXPORT`."""
 EXPORTED = frozenset(name for names in EXPORTS.values() for name in names)
