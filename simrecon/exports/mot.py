@@ -7,8 +7,6 @@ full-body models that it belongs to.
 
 from __future__ import annotations
 
-from xml.etree import ElementTree as ET
-
 import numpy as np
 
 from simrecon.contact import rules
@@ -74,23 +72,20 @@ def filled(centre_m: Array) -> Array:
 
 def external_loads(bodies: dict[str, str]) -> bytes:
     """The XML of `ExternalLoads` for `forces.mot`: OpenSim's bodies by the word in the columns."""
-    document = ET.Element("OpenSimDocument", Version="40000")
-    loads = ET.SubElement(document, "ExternalLoads", name="forces")
-    objects = ET.SubElement(loads, "objects")
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<OpenSimDocument Version="40000">']
+    lines += ['  <ExternalLoads name="forces">', "    <objects>"]
     for word, body in bodies.items():
-        force = ET.SubElement(objects, "ExternalForce", name=f"scene_on_{word}")
-        for key, text in (
-            ("applied_to_body", body),
-            ("force_expressed_in_body", "ground"),
-            ("point_expressed_in_body", "ground"),
-            ("force_identifier", f"ground_force_{word}_v"),
-            ("point_identifier", f"ground_force_{word}_p"),
-            ("torque_identifier", f"ground_torque_{word}_"),
-            ("data_source_name", MOT),
-        ):
-            ET.SubElement(force, key).text = text
-    ET.SubElement(loads, "groups")
-    ET.SubElement(loads, "datafile").text = MOT
-    ET.indent(document)
-    content: bytes = ET.tostring(document, encoding="UTF-8", xml_declaration=True)
-    return content + b"\n"
+        lines.append(f'      <ExternalForce name="scene_on_{word}">')
+        keys = {
+            "applied_to_body": body,
+            "force_expressed_in_body": "ground",
+            "point_expressed_in_body": "ground",
+            "force_identifier": f"ground_force_{word}_v",
+            "point_identifier": f"ground_force_{word}_p",
+            "torque_identifier": f"ground_torque_{word}_",
+            "data_source_name": MOT,
+        }
+        lines += [f"        <{key}>{text}</{key}>" for key, text in keys.items()]
+        lines.append("      </ExternalForce>")
+    lines += ["    </objects>", f"    <datafile>{MOT}</datafile>", "  </ExternalLoads>", "</OpenSimDocument>"]
+    return tables.lines(lines)

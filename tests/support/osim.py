@@ -51,7 +51,7 @@ def _body(opensim: Any, whole: mujoco.MjModel, name: str) -> Any:
 
 
 def _axes(opensim: Any, name: str, count: int) -> Any:
-    """Rotations about x, y, z, then translations: the rates of coordinates are the speeds, as tools take it."""
+    """Rotations about x, y, z, then translations: their rates are the speeds, as tools take it."""
     transform = opensim.SpatialTransform()
     for axis in range(count):
         one = transform.updTransformAxis(axis)
