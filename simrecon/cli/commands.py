@@ -19,6 +19,7 @@ COMMANDS = {
     "bench": ("bench", "run a suite of clips and make its tables"),
     "batch": ("batch", "run many clips, one after another or side by side"),
     "models": ("weights", "weights of the pose network, for videos"),
+    "studio": ("studio", "look at a result in the browser, edit scene and contacts, and run again"),
     "completion": ("completion", "print what makes a shell complete commands and options"),
 }
 """By name, in the order of help: the module of the package `cli` that adds a command, and what it is for."""

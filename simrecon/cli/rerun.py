@@ -13,9 +13,7 @@ from simrecon.cli.commands import purpose
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
 from simrecon.job import Job, inputs, request
-from simrecon.results import Result
-from simrecon.results.folder import MOTION
-from simrecon.types import Scene
+from simrecon.results import recall
 
 
 def add(commands: Any) -> None:
@@ -34,30 +32,12 @@ def _rerun(parsed: argparse.Namespace) -> int:
     if parsed.output is None:
         raise InputError("rerun: found no -o; valid: -o OUT2, the folder of the new result")
     result = results.open_result(parsed.result)
-    job = replace(recalled(result), output=parsed.output)
+    job = replace(recall.job_of(result), output=parsed.output)
     again = options.apply(parsed, job)
     if parsed.input is not None:
         again = _moved(again, parsed.input)
     _check_there(again, parsed.result)
     return execute(again, parsed)
-
-
-def recalled(result: Result) -> Job:
-    """The job of a result, to be done again from its motion on.
-
-    What was not known of person and floor is not known now either: the same fit then finds the same.
-    """
-    job = replace(result.job, scene=_scene(result), start=str(result.folder / MOTION))
-    return request.taken_anew(job, ("start",))
-
-
-def _scene(result: Result) -> Scene:
-    """The scene of a result, in which a floor that the fit has put at its height is where it was before."""
-    scene, floor = result.scene, result.report.get("assumed", {}).get("floor", {})
-    if floor.get("origin") != "estimated" or floor.get("height_m") != scene.ground.height_m:
-        return scene
-    height_m = result.job.scene.ground.height_m
-    return replace(scene, ground=replace(scene.ground, height_m=height_m))
 
 
 def _moved(job: Job, path: str) -> Job:

@@ -53,6 +53,11 @@ class Edited:
         """Names of the items, in the order of the file."""
         return [table["item"][0]["name"] for table in map(tomllib.loads, self._blocks) if "item" in table]
 
+    @property
+    def text(self) -> str:
+        """The text as it is now, which may not be valid; lines end as in the file."""
+        return "".join(self._blocks).replace("\n", self._newline)
+
     def item(self, name: str) -> SceneItem:
         """An item of the file.
 
@@ -97,10 +102,9 @@ class Edited:
             InputError: a value is not valid, or the file can't be written; the file is then unchanged.
         """
         path = self._path if path is None else Path(path)
-        content = "".join(self._blocks)
-        scene = files.parse(content, path)
+        scene = files.parse("".join(self._blocks), path)
         with atomic.reported(path):
-            atomic.write_text(path, content.replace("\n", self._newline))
+            atomic.write_text(path, self.text)
         return scene
 
     def _index(self, name: str) -> int:

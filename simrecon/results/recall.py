@@ -1,0 +1,28 @@
+"""The job of a finished result, to be done again from its motion on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from simrecon.job import Job, request
+from simrecon.results.folder import MOTION
+from simrecon.results.view import Result
+from simrecon.types import Scene
+
+
+def job_of(result: Result) -> Job:
+    """The job of a result, to be done again from its motion on.
+
+    What was not known of person and floor is not known now either: the same fit then finds the same.
+    """
+    job = replace(result.job, scene=scene_of(result), start=str(result.folder / MOTION))
+    return request.taken_anew(job, ("start",))
+
+
+def scene_of(result: Result) -> Scene:
+    """The scene of a result, in which a floor that the fit has put at its height is where it was before."""
+    scene, floor = result.scene, result.report.get("assumed", {}).get("floor", {})
+    if floor.get("origin") != "estimated" or floor.get("height_m") != scene.ground.height_m:
+        return scene
+    height_m = result.job.scene.ground.height_m
+    return replace(scene, ground=replace(scene.ground, height_m=height_m))

@@ -1,0 +1,127 @@
+"""What can be opened: a result, evidence or a video, or the folder of a batch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from simrecon import kinematics, plan
+from simrecon.errors import InputError
+from simrecon.evidence import resample
+from simrecon.job import Job, inputs
+from simrecon.results import Result, open_result
+from simrecon.results.folder import MOTION, REPORT
+from simrecon.scene import suggest
+from simrecon.scene.suggest import Suggestion
+from simrecon.studio.clip import Clip
+from simrecon.types import Evidence, KinematicFit, Scene
+
+FIT_PLAN = "quick"
+DEPTH = 3
+"""How far below the folder of a batch results are looked for."""
+
+
+def is_result(path: Path) -> bool:
+    """Whether a folder is a result."""
+    return (path / MOTION).is_file() and (path / REPORT).is_file()
+
+
+def results_in(folder: Path, depth: int = DEPTH) -> tuple[Path, ...]:
+    """The results in a folder, such as that of a batch, by name."""
+    found: list[Path] = []
+    for path in sorted(path for path in folder.iterdir() if path.is_dir() and path.name[:1] != "."):
+        if is_result(path):
+            found.append(path)
+        elif depth > 1:
+            found += results_in(path, depth - 1)
+    return tuple(found)
+
+
+def check(path: Path) -> None:
+    """Refuse what can't be opened, before a server starts.
+
+    Raises:
+        InputError: there is no such file, or a folder without results.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file; valid: a result, evidence, a video, or a batch")
+    if path.is_dir() and not is_result(path) and not results_in(path):
+        raise InputError(f"{path}: holds no result; valid: a result folder, or one of a batch")
+
+
+def base_of(path: Path, reading: Job | None = None) -> Result | Job:
+    """A result, or the job of reading evidence.
+
+    Args:
+        path: of a result folder, evidence, another program's output, or a video.
+        reading: how evidence is to be read, with its person.
+
+    Raises:
+        InputError: it is none of them.
+    """
+    if path.is_dir() and is_result(path):
+        return open_result(path)
+    return replace(reading or Job("", ""), input=str(path))
+
+
+def evidence_of(base: Result | Job) -> Evidence:
+    """The evidence that a result was made of, or that is opened.
+
+    Raises:
+        InputError: it is not there any more, or can't be read; or a retargeted motion never had any.
+    """
+    job = base.job if isinstance(base, Result) else base
+    if job.retarget:
+        raise InputError(f"{job.input}: is a motion that was retargeted, which has no evidence of its own")
+    return inputs.observe(job)
+
+
+def fitted(job: Job, seen: Evidence, scene: Scene) -> KinematicFit:
+    """Kinematic fit to evidence, as a quick run makes it."""
+    shape = inputs.shape_of(job.person)
+    return kinematics.fit(resample(seen)[0], scene, plan.read(FIT_PLAN).kinematics, shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Needed:
+    """What a motion needs: suggestions, and what has to be said of them."""
+
+    suggestions: tuple[Suggestion, ...]
+    warning: str = ""
+
+
+NOT_METRIC = (
+    "the person's height is not given, and one camera cannot tell small and near from tall and far: "
+    "only seats can be found, not beams and steps under the feet"
+)
+
+
+def needed(base: Result | Job, clip: Clip | None, scene: Scene) -> Needed:
+    """Supports that a motion needs and the scene has not, as `simrecon scene suggest`.
+
+    Args:
+        base: what was opened.
+        clip: its kinematic motion, which is looked at where there is no evidence any more.
+        scene: what is known.
+
+    Raises:
+        InputError: there is neither evidence nor a motion.
+    """
+    try:
+        seen = evidence_of(base)
+    except InputError:
+        if clip is None:
+            raise
+        found = suggest.suggest(clip.body, scene, clip.times_s, clip.asked_qpos)
+        return Needed(found)
+    job = base.job if isinstance(base, Result) else base
+    metric = seen.height_m is not None or seen.joints_frame == "world"
+    fit = _floating(job, seen, scene) if metric else fitted(job, seen, scene)
+    found = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
+    return Needed(found, "" if metric else NOT_METRIC)
+
+
+def _floating(job: Job, seen: Evidence, scene: Scene) -> KinematicFit:
+    """Kinematic fit in which nothing but their size in the image says how far off the feet are."""
+    weights = kinematics.floating(plan.read(FIT_PLAN).kinematics)
+    return kinematics.fit_to_stature(resample(seen)[0], scene, weights, inputs.shape_of(job.person))

@@ -1,0 +1,62 @@
+"""What the studio answers to requests for pages: viser's, with the bar in it, and the files of the bar."""
+
+from __future__ import annotations
+
+import gzip
+import http
+from typing import Any
+
+from simrecon import resources
+from simrecon.studio.gate import Answer
+
+_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+_INSIDE = '<link rel="stylesheet" href="studio/bar.css"><script src="studio/bar.js"></script>'
+
+
+def response(status: http.HTTPStatus, body: bytes, kind: str) -> Any:
+    """A response of websockets, with headers of caution."""
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    headers = Headers({"Content-Type": kind, "Content-Length": str(len(body)), **_HEADERS})
+    return Response(int(status), status.phrase, headers, body)
+
+
+def page(name: str) -> Any:
+    """A file of the bar."""
+    path = resources.folder("studio") / "page" / name
+    if "/" in name or path.suffix not in _TYPES or not path.is_file():
+        return response(http.HTTPStatus.NOT_FOUND, b"404\n", "text/plain")
+    return response(http.HTTPStatus.OK, path.read_bytes(), _TYPES[path.suffix])
+
+
+def with_bar(plain: Any) -> Any:
+    """The page of viser with the bar in it."""
+    body = bytes(plain.body)
+    zipped = plain.headers.get("Content-Encoding") == "gzip"
+    text = gzip.decompress(body) if zipped else body
+    at = text.index(b"</head>")
+    text = text[:at] + _INSIDE.encode() + text[at:]
+    kind = "text/html; charset=utf-8"
+    fresh = response(http.HTTPStatus.OK, gzip.compress(text, 1) if zipped else text, kind)
+    if zipped:
+        fresh.headers["Content-Encoding"] = "gzip"
+    return fresh
+
+
+def marked(plain: Any, answer: Answer) -> Any:
+    """A response with the cookie, and headers of caution."""
+    if plain is None:
+        return None
+    for name, value in _HEADERS.items():
+        if name not in plain.headers:
+            plain.headers[name] = value
+    if answer.cookie:
+        plain.headers["Set-Cookie"] = answer.cookie
+    return plain

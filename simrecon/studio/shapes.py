@@ -1,0 +1,103 @@
+"""Triangles of what is seen: the person as skin or primitives, and items. V vertices, F faces, S segments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simrecon import scene as scenes
+from simrecon.body import shape
+from simrecon.drawing.shapes import surface
+from simrecon.geometry import rotations
+from simrecon.scene.mjcf import ITEM_PREFIX
+from simrecon.sim.models import compile_text
+from simrecon.sim.poses import at_rest
+from simrecon.types import Array, Body, IntArray, Scene, SceneItem
+
+INFLUENCES = 4
+"""Segments that move a vertex at most: what browsers draw."""
+_CELL_M = 10.0
+_EMPTY = '<mujoco><worldbody><body name="pelvis"><geom size="0.01"/></body></worldbody></mujoco>'
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles: vertices (V, 3) m, faces (F, 3)."""
+
+    vertices_m: Array
+    faces: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Rigged:
+    """Triangles that segments move.
+
+    Attributes:
+        mesh: at the pose in which it was made.
+        weights: (V, S), rows sum to 1, at most `INFLUENCES` of them not zero.
+        places_m, turns: (S, 3), (S, 4) of the segments at that pose.
+    """
+
+    mesh: Mesh
+    weights: Array
+    places_m: Array
+    turns: Array
+
+
+def skin(body: Body) -> Rigged:
+    """The skin of a body in the relaxed stance; see `body.skin`.
+
+    A body of no shape of simrecon's own has that of the average, as tall as it is; its segments are as long
+    as those of the body all the same, for they are where the body has them.
+    """
+    space = shape.space()
+    known = body.shape_space == space.name and len(body.betas) == space.size
+    betas = body.betas if known else np.zeros(space.size)
+    scale = body.height_m / shape.stature_m(betas, space)
+    origins, axes = space.frames(betas)
+    mesh = Mesh(scale * space.vertices_m(betas), space.faces)
+    turns = rotations.from_matrix(axes)
+    return Rigged(mesh, _strongest(space.weights), scale * origins, turns)
+
+
+def primitives(body: Body) -> Rigged:
+    """The primitives of a body, each rigid on its segment, at the model's own pose."""
+    model = compile_text(body.mjcf)
+    data = at_rest(model)
+    geoms = [model.geom(part.name).id for part in body.primitives]
+    quads = surface(model, geoms, _CELL_M)
+    names = body.skeleton.names
+    segment = {geom: names.index(part.segment) for geom, part in zip(geoms, body.primitives, strict=True)}
+    rows = np.array([segment[int(geom)] for geom in quads.vertex_geom])
+    bodies = [model.body(name).id for name in names]
+    mesh = Mesh(quads.place(data.geom_xpos, data.geom_xmat), _triangles(quads.faces))
+    return Rigged(mesh, np.eye(len(names))[rows], data.xpos[bodies].copy(), data.xquat[bodies].copy())
+
+
+def item_mesh(item: SceneItem, folder: str) -> Mesh:
+    """An item in its own frame: origin at the centre of its footprint, at its lowest height, z up.
+
+    Raises:
+        InputError: its mesh can't be used.
+    """
+    at_origin = SceneItem(item.name, item.kind, (0.0, 0.0, 0.0), item.parameters)
+    model = compile_text(scenes.build(_EMPTY, Scene(items=(at_origin,), folder=folder), 0.01))
+    names = [model.geom(row).name for row in range(model.ngeom)]
+    seen = [row for row, name in enumerate(names) if name.startswith(ITEM_PREFIX) and model.geom_rgba[row, 3]]
+    quads, data = surface(model, seen, _CELL_M), at_rest(model)
+    return Mesh(quads.place(data.geom_xpos, data.geom_xmat), _triangles(quads.faces))
+
+
+def _triangles(quads: IntArray) -> IntArray:
+    """Two triangles for each of (F, 4) quads; one where the last corner stands twice."""
+    both = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
+    return np.asarray(both[(both[:, 1] != both[:, 2]) & (both[:, 0] != both[:, 2])])
+
+
+def _strongest(weights: Array) -> Array:
+    """Weights (V, S) of the strongest segments alone, rows sum to 1."""
+    kept = np.argsort(weights, axis=1)[:, -INFLUENCES:]
+    strong = np.zeros_like(weights)
+    np.put_along_axis(strong, kept, np.take_along_axis(weights, kept, axis=1), axis=1)
+    return np.asarray(strong / strong.sum(axis=1, keepdims=True))
