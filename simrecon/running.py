@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import engines, kinematics, planners, results, softfloor
+from simrecon import engines, kinematics, planners, results, softfloor, viewer
 from simrecon import evidence as readers
 from simrecon import job as jobs
 from simrecon.body import ShapeRequest, known, mass
@@ -84,9 +84,18 @@ def run(
 
         scene, start, calibration = _calibrated(job, sources, simulate, observer)
         reconstruction = simulate(scene, start)
-        return results.write(
+        result = results.write(
             job, reconstruction, calibration, landmarks=sources.landmarks, overwrite=overwrite
         )
+        return result if job.no_report else _with_page(result)
+
+
+def _with_page(result: Result) -> Result:
+    """The result with its page, or with what kept it from being made in its report."""
+    missing = viewer.add(result)
+    if missing is not None:
+        results.note(result.folder, page=missing)
+    return results.open_result(result.folder)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from simrecon.batch.status import Row, State
 from simrecon.errors import printable
 from simrecon.io import atomic
 from simrecon.io.messages import counted
-from simrecon.results.folder import REPORT
+from simrecon.results.folder import PAGE, REPORT
 from simrecon.system.progress import duration
 
 TEMPLATE = "page.html"
@@ -162,10 +162,17 @@ def _links(places: Places, row: Row) -> str:
     links = [f'<a href="{quote(row.name)}/{file}">{word}</a>' for word, file in there.items() if file]
     if places.log(row.name).is_file():
         links.append(f'<a href=".batch/logs/{quote(row.name)}.log">log</a>')
-    main = next((file for file in ("report.html", REPORT) if (folder / file).is_file()), None)
-    title = f'<a class="name" href="{quote(row.name)}/{main}">{name}</a>' if main else name
+    main = _report(places, row)
+    title = f'<a class="name" href="{main}">{name}</a>' if main else name
     source, more = _escaped(row.input), " · ".join(links)
     return f'<span title="{source}">{title}</span><small>{more}</small>'
+
+
+def _report(places: Places, row: Row) -> str | None:
+    """Where the report of a clip is, as the index links to it: its page, or else its figures."""
+    folder = places.result(row.name)
+    main = next((file for file in (PAGE, REPORT) if (folder / file).is_file()), None)
+    return None if main is None else f"{quote(row.name)}/{main}"
 
 
 def _strip(places: Places, row: Row) -> str:
@@ -175,4 +182,6 @@ def _strip(places: Places, row: Row) -> str:
     if row.state != "done" or not path.is_file():
         return ""
     data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img alt="frames of {_escaped(row.name)}" src="data:image/jpeg;base64,{data}">'
+    image = f'<img alt="frames of {_escaped(row.name)}" src="data:image/jpeg;base64,{data}">'
+    main = _report(places, row)
+    return f'<a href="{main}">{image}</a>' if main else image

@@ -124,6 +124,7 @@ def _job(task: BenchmarkTask, input_file: Path, scene: Scene, plan: Plan, folder
         planner=task.variant.planner,
         seed=task.seed,
         threads=task.threads,
+        no_report=True,
     )
 
 

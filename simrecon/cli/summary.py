@@ -133,6 +133,8 @@ def _files(result: Result) -> Iterator[tuple[str, str]]:
     report, folder = result.report, Path(result.folder)
     if report["overlay"] is not None:
         yield "overlay", f"could not be drawn ({report['overlay']}); the motion is there"
+    if (missing := report.get("page")) is not None:
+        yield "page", f"report.html could not be made ({missing}); the motion is there"
     if (lost := report.get("landmarks")) is not None:
         yield "landmarks", f"could not be kept ({lost}); a rerun looks for them again"
     if (better := report.get("better")) is not None:

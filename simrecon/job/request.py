@@ -38,6 +38,7 @@ class Job:
         seed: of all random numbers.
         threads: of the simulator, 0 for one per core; no bit depends on it.
         video: what the overlay is drawn on; None: the input if it is a video, else plain ground.
+        no_report: no `report.html` is made of the result.
         detected: evidence file with the landmarks of a video, which is read instead of detecting them again.
         start: a motion (`motion.npz`) from which the optimisation begins, perhaps of another scene.
         retarget: whether the kinematic motion of the result `input` is put on `person`, instead of a fit.
@@ -60,6 +61,7 @@ class Job:
     video: str | None = option(
         None, file=True, metavar="FILE", text="what the overlay is drawn on [plain ground]"
     )
+    no_report: bool = option(False, text="make no report.html of the result")
     detected: str | None = None
     start: str | None = None
     retarget: bool = False

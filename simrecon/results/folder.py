@@ -17,6 +17,8 @@ CONTACTS = "contacts.toml"
 """What the user wished of the contacts, where that was anything."""
 START = "start.npz"
 """The motion that the optimisation began from, where there was one."""
+PAGE = "report.html"
+"""All of a result, to be looked at in a browser."""
 OVERLAYS = ("overlay.mp4", "overlay.png")
 EXPORT = "export"
 """The folder in a result that holds its motion in other formats."""
@@ -31,7 +33,7 @@ EXPORTS = {
 EXPORTED = frozenset(name for names in EXPORTS.values() for name in names)
 EARLIER = ("motion.bvh", "motion.trc")
 """Exports beside the motion, where earlier versions wrote them."""
-FILES = (MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, *OVERLAYS, *EARLIER)
+FILES = (MOTION, MODEL, SCENE, CONTACTS, REPORT, JOB, START, PAGE, *OVERLAYS, *EARLIER)
 """All that a result folder may hold beside `EXPORT`: only a folder of these is ever replaced."""
 
 

@@ -24,7 +24,7 @@ from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
-from simrecon.results import agreement, assumed, contacts, ending, planned, verdict
+from simrecon.results import agreement, assumed, contacts, ending, planned, seen_by, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
@@ -73,6 +73,7 @@ def make(
         "metrics": plausibility(run),
         "audit": dataclasses.asdict(run.audit),
         "assumed": assumed.make(job, run),
+        "camera": seen_by.make(run),
         "agreement": dataclasses.asdict(agreement.make(run)),
         "planned": planned.make(run),
         "ending": ending.make(run),
@@ -90,15 +91,14 @@ def source_of(job: Job) -> str:
 
 def _input(run: Reconstruction, job: Job) -> dict[str, Any]:
     """The file, how it was read, and the frames by limbs in which it had left and right mixed up."""
-    evidence = run.evidence
-    exchanged, worth = sides.find(evidence).as_dict(), trust.of(evidence)
+    evidence, worth = run.evidence, trust.of(run.evidence)
     return {
         "name": source_of(job),
         "sha256": evidence.sha256,
         "reading": evidence.reading or None,
         "part": cutting.as_dict(evidence),
         "trust": tables.to_table(worth) | {"source": worth.source},
-        "exchanged": exchanged,
+        "exchanged": sides.find(evidence).as_dict(),
     }
 
 

@@ -76,7 +76,7 @@ def judge(report: Report) -> dict[str, Any]:
     }
 
 
-def _level(value: float | None, doubtful_bad: tuple[float, float]) -> str:
+def graded(value: float | None, doubtful_bad: tuple[float, float]) -> str:
     """The level of a value that should be low."""
     doubtful, bad = doubtful_bad
     if value is None or value <= doubtful:
@@ -87,7 +87,7 @@ def _level(value: float | None, doubtful_bad: tuple[float, float]) -> str:
 def _image(report: Report) -> list[Reason]:
     agreement = report["agreement"]
     person, height = agreement["image_person_pct"], agreement["image_height_pct"]
-    level = _level(person, PERSON_PCT)
+    level = graded(person, PERSON_PCT)
     text = f"the body is {agreement['image_px'] or 0:.0f} px beside the landmarks"
     if height is not None and height > IMAGE_HEIGHT_PCT:
         level, text = BAD, f"{text}, {height:.1f} % of the image's height"
@@ -115,7 +115,7 @@ def _stronger(report: Report) -> str:
 def _apart(report: Report) -> list[Reason]:
     agreement = report["agreement"]
     mean_m, most_m = agreement["fit_mean_m"], agreement["fit_max_m"]
-    level = max(_level(mean_m, FIT_M), _level(most_m, FIT_MAX_M), key=LEVELS.index)
+    level = max(graded(mean_m, FIT_M), graded(most_m, FIT_MAX_M), key=LEVELS.index)
     if level == GOOD:
         return []
     text = (
@@ -166,7 +166,7 @@ def _fell(report: Report) -> list[Reason]:
 def _unseen(report: Report) -> list[Reason]:
     frames = report["frames"]
     share = frames["interpolated"] / frames["count"]
-    level = _level(share, UNSEEN_SHARE)
+    level = graded(share, UNSEEN_SHARE)
     if level == GOOD:
         return []
     text = f"the person is out of view in {100 * share:.0f} % of the frames, where the motion is made up"
@@ -191,7 +191,7 @@ def _stature(report: Report) -> list[Reason]:
 
 def _deep(report: Report) -> list[Reason]:
     depth = report["metrics"]["penetration_max_mm"]
-    level = _level(depth, PENETRATION_MM)
+    level = graded(depth, PENETRATION_MM)
     if level == GOOD:
         return []
     return [Reason(level, f"the body is {depth:.0f} mm under the floor at worst", _stronger(report))]
@@ -199,7 +199,7 @@ def _deep(report: Report) -> list[Reason]:
 
 def _input(report: Report) -> list[Reason]:
     off = report["agreement"]["input_mean_m"]
-    level = _level(off, INPUT_M)
+    level = graded(off, INPUT_M)
     if level == GOOD:
         return []
     text = f"the kinematic fit is {100 * off:.0f} cm beside the joints of the motion capture"
@@ -208,7 +208,7 @@ def _input(report: Report) -> list[Reason]:
 
 def _bone(report: Report) -> list[Reason]:
     bone, longer = report["agreement"]["bone"], report["agreement"]["bone_pct"]
-    level = _level(None if longer is None else abs(longer), BONE_PCT)
+    level = graded(None if longer is None else abs(longer), BONE_PCT)
     if level == GOOD:
         return []
     text = (

@@ -8,7 +8,7 @@ from typing import Any
 
 from simrecon.io import atomic
 from simrecon.io.provenance import file_digest
-from simrecon.results.folder import FILES, MODEL, MOTION, OVERLAYS, REPORT
+from simrecon.results.folder import FILES, MODEL, MOTION, OVERLAYS, PAGE, REPORT
 
 NEEDED = (MOTION, MODEL, REPORT)
 """Without these there is no result; pictures may be removed by who does not need them."""
@@ -23,7 +23,7 @@ def note(folder: Path) -> dict[str, dict[str, Any]]:
         OSError: it can't be read, or the disk fails.
     """
     atomic.flush_all(folder)
-    paths = (folder / name for name in FILES)
+    paths = (folder / name for name in FILES if name != PAGE)  # which may be made anew
     return {
         path.name: {"bytes": path.stat().st_size, "sha256": file_digest(path)}
         for path in paths

@@ -7,6 +7,7 @@ import shutil
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from simrecon import job as jobs
 from simrecon import scene as scenes
@@ -68,7 +69,7 @@ def write(
             place.target = placing.free(place.target)
         job = _settled(job, place, landmarks, overwrite=overwrite)
         content["input"]["name"], content["overlay"] = report.source_of(job), NOT_DRAWN
-        content["landmarks"] = None
+        content["landmarks"] = content["page"] = None
         _describe(partial, job, content)
         if landmarks is not None and (lost := _keep(landmarks, job)):
             job = replace(request.taken_anew(job, ("detected",)), detected=None)
@@ -78,6 +79,16 @@ def write(
         content["earlier"] = str(place.kept)
     _add_overlay(place.target, job, run, content)
     return open_result(Path(job.output) if place.target == Path(job.output).resolve() else place.target)
+
+
+def note(folder: Path, **sections: Any) -> None:
+    """Write further sections into the report of a finished result.
+
+    Raises:
+        InputError: it can't be read. OSError: it can't be written.
+    """
+    content = report_file.read(folder) | sections
+    atomic.write_json(folder / folders.REPORT, content, durable=True)
 
 
 def _describe(partial: Path, job: Job, content: Report) -> None:

@@ -68,6 +68,13 @@ def test_the_page_says_what_became_of_every_clip(places: Places) -> None:
     assert [row.count("data:image/jpeg;base64,") for _, row in rows] == [1, 1, 1, 0]
 
 
+def test_name_and_picture_lead_to_the_page_of_a_clip(places: Places) -> None:
+    (places.result("walk") / "report.html").touch()
+    text = page.write(places).read_text(encoding="utf-8")
+    assert text.count('<a href="walk/report.html"><img') == 1
+    assert text.count('<a class="name" href="walk/report.html">') == 1
+
+
 def test_the_page_needs_nothing_else(places: Places) -> None:
     text = page.render(places, status.read(places))
     assert "http" not in text

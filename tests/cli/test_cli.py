@@ -77,7 +77,10 @@ def test_run_writes_a_result_and_says_what(
     assert cli.main(arguments(inputs, out, "--video", video, "--seed", "3", *person)) == 0
     shown = capsys.readouterr()
     files = sorted(path.name for path in out.iterdir())
-    assert files == ["job.toml", "model.xml", "motion.npz", "overlay.mp4", "report.json", "scene.toml"]
+    assert files == [
+        "job.toml", "model.xml", "motion.npz", "overlay.mp4", "report.html", "report.json", "scene.toml",
+    ]  # fmt: skip
+    assert json.loads((out / "report.json").read_text())["page"] is None
     lines = dict(line.split(maxsplit=1) for line in shown.out.splitlines())
     assert lines["person"] == "1.75 m, as given; 70 kg, as given"
     assert lines["lens"].startswith("36° across the image, as given by the input; camera 1.")

@@ -1,0 +1,21 @@
+"""`simrecon report`: the page of a result, made anew."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from simrecon import results, viewer
+from simrecon.cli import arguments
+from simrecon.cli.commands import purpose
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the program."""
+    parser = arguments.command(commands, "report", _report, purpose("report"))
+    parser.add_argument("result", metavar="OUT", help="result folder")
+
+
+def _report(options: argparse.Namespace) -> int:
+    print(f"written  {viewer.write(results.open_result(options.result))}")
+    return 0

@@ -1,0 +1,7 @@
+"""The page of a result (`report.html`): motion in 3D, curves and figures in one offline file."""
+
+from __future__ import annotations
+
+from simrecon.viewer.page import add, render, write
+
+__all__ = ["add", "render", "write"]

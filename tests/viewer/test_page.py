@@ -1,0 +1,197 @@
+"""The page of a result: what it holds is what the result holds, and a browser shows it without a network."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from simrecon import cli, results, viewer
+from simrecon.errors import InputError
+from simrecon.exports.axes import TO_Y_UP
+from simrecon.geometry import camera as cameras
+from simrecon.results import Result
+from simrecon.viewer import curves, page, quality, seen, stills, tables
+from tests.support.runs import job_of
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader",
+    "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--virtual-time-budget=30000",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    result = results.write(job_of(tmp_path_factory.mktemp("results") / "squat <b>"), run)
+    viewer.write(result)
+    return result
+
+
+@pytest.fixture(scope="module")
+def text(made: Result) -> str:
+    return (made.folder / "report.html").read_text(encoding="utf-8")
+
+
+def told(text: str) -> dict[str, Any]:
+    """The JSON that stands in a page."""
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    content: dict[str, Any] = json.loads(found[1])
+    return content
+
+
+def test_curves_are_those_of_the_result(made: Result, text: str) -> None:
+    motion, shown = made.motion, told(text)["curves"]
+    np.testing.assert_allclose(shown["times_s"], motion.times_s - motion.times_s[0], atol=1e-4)
+    assert shown["status"] == motion.status.tolist()
+    np.testing.assert_allclose(shown["com_m"], motion.com_m @ TO_Y_UP.T, atol=1e-4)
+    for name, values in shown["feet_N"].items():
+        column = motion.contact_force_N[1:, motion.contact_body.index(name), 2]
+        np.testing.assert_allclose(values[1:], column, atol=0.51)
+    np.testing.assert_allclose(shown["grf_N"][1:], motion.grf_N[1:, 2], atol=0.51)
+    assert shown["grf_N"][0] == 0  # of an instant, and no mean
+    pushed = np.array(shown["forces"]["force_N"], float)[1:].sum(axis=1)
+    np.testing.assert_allclose(pushed, motion.grf_N[1:] @ TO_Y_UP.T, atol=30.0)  # slight touches are left out
+    torque = np.array(shown["torques_Nm"], dtype=object)
+    assert (torque[:, :, 0] == None).all()  # noqa: E711
+    np.testing.assert_allclose(
+        torque[:, :, 1:].astype(float),
+        np.moveaxis(motion.torque_Nm.reshape(-1, 16, 3), 0, -1)[..., 1:],
+        atol=0.051,
+    )
+
+
+def test_angles_are_those_of_the_joints(made: Result) -> None:
+    """A knee of the squat is bent by what the pose says, about its own axis alone."""
+    shown = curves.make(made, np.arange(len(made.motion.times_s)))
+    knee = np.array(shown["angles_deg"])[shown["joints"].index("left knee")]
+    upright = made.motion.joints_m
+    hip, knee_m, ankle = (
+        upright[:, made.motion.joint_names.index(f"left_{n}")] for n in ("hip", "knee", "ankle")
+    )
+    a, b = knee_m - hip, ankle - knee_m
+    cosine = (a * b).sum(axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(knee, axis=0), np.degrees(np.arccos(cosine)), atol=6.0)
+
+
+def test_the_page_needs_nothing_else_and_escapes_what_it_shows(text: str) -> None:
+    assert "<b>" not in text.split("<script>")[0].replace('id="', "")
+    assert "squat &lt;b&gt;" in text
+    assert not re.search(r"<(script|link|img|video)[^>]*\s(src|href)=", text)
+    assert "default-src 'none'" in text
+    assert text.count("</script>") == text.count("<script")
+    assert "Permission is hereby granted" in text  # the licence of three.js
+    assert len(text) < 5e6
+
+
+def test_what_stands_in_a_script_cannot_end_it() -> None:
+    wicked = {"name": "</script><script>alert(1)</script><!-- & \u2028"}
+    inside = page.embedded(wicked)
+    assert not set("<>&\u2028") & set(inside)
+    assert json.loads(inside) == wicked
+
+
+def test_a_long_motion_is_thinned_out() -> None:
+    assert page.frames(2400).tolist() == list(range(2400))
+    rows = page.frames(10_001)
+    assert len(rows) <= page.FRAMES_MAX + 1
+    assert (rows[0], rows[-1]) == (0, 10_000)
+
+
+def test_a_second_is_as_bad_as_its_worst(made: Result) -> None:
+    opened = results.open_result(made.folder)
+    (good,) = quality.seconds(opened)
+    assert good["verdict"] == "good"
+    assert (good["from_s"], good["to_s"]) == pytest.approx((0.0, 0.3))
+    fit = np.array(made.motion.kinematic_qpos)
+    fit[:, 0] += 0.07
+    opened.__dict__["motion"] = replace(made.motion, kinematic_qpos=fit)
+    (doubtful,) = quality.seconds(opened)
+    assert doubtful["verdict"] == "doubtful"
+    assert "mm from the kinematic fit" in doubtful["reason"]
+    status = made.motion.status.copy()
+    status[-1] = 1
+    opened.__dict__["motion"] = replace(made.motion, status=status, times_s=made.motion.times_s * 10)
+    assert [second["verdict"] for second in quality.seconds(opened)] == ["good", "good", "bad"]
+    assert quality.seconds(opened)[-1]["reason"] == "1 frame not simulated"
+
+
+def test_the_camera_sees_what_it_saw(made: Result, run: Any) -> None:
+    """Through WebGL's camera a point falls on the pixel that our own camera gives."""
+    rows = np.arange(len(made.motion.times_s))
+    camera = seen.make(made.report, rows, len(rows))
+    assert camera is not None
+    assert len(camera["views"]) == 1  # it stands still
+    points = made.motion.joints_m[3, :5]
+    local = np.column_stack((points @ TO_Y_UP.T, np.ones(5))) @ np.array(camera["views"][0]).reshape(3, 4).T
+    pixels = np.array(camera["focal_px"]) * local[:, :2] / -local[:, 2:] * [1, -1] + camera["centre_px"]
+    ours = cameras.project(cameras.at(run.fit.camera, slice(0, 1)), points[None])[0]
+    np.testing.assert_allclose(pixels, ours + 0.5, atol=0.01)
+    assert seen.make({**made.report, "camera": None}, rows, len(rows)) is None
+    assert seen.make({}, rows, len(rows)) is None  # of an earlier version
+
+
+def test_stills_are_the_frames_of_the_overlay(tmp_path: Path) -> None:
+    rows = np.arange(0, 30, 3)
+    assert stills.make(tmp_path, rows) == []
+    writer = cv2.VideoWriter(str(tmp_path / "overlay.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 30.0, (64, 48))
+    for grey in range(30):
+        writer.write(np.full((48, 64, 3), 8 * grey, np.uint8))
+    writer.release()
+    found = stills.make(tmp_path, rows)
+    assert [still["frame"] for still in found] == list(range(10))
+    assert all(still["image"].startswith("data:image/jpeg;base64,") for still in found)
+
+
+def test_reports_of_earlier_versions_have_tables_too(made: Result) -> None:
+    old = {key: value for key, value in made.report.items() if key not in ("assumed", "agreement", "verdict")}
+    titles = [table["title"] for table in tables.make(old)]
+    assert titles == ["Person and floor", "Plausibility", "Settings", "Cost", "Exactness", "Windows"]
+    assert tables.highlights(old)
+
+
+def test_a_page_that_cannot_be_made_costs_a_line(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = results.write(job_of(tmp_path / "out"), run)
+    monkeypatch.setattr(page, "render", lambda _: 1 / 0)
+    assert viewer.add(result) == "division by zero"
+    assert not (tmp_path / "out" / "report.html").exists()
+    with pytest.raises(ZeroDivisionError):
+        viewer.write(result)
+
+
+def test_the_command_makes_it_anew(made: Result, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    target = made.folder / "report.html"
+    target.unlink()
+    assert cli.main(["report", str(made.folder)]) == 0
+    assert capsys.readouterr().out == f"written  {target}\n"
+    results.check_writable(made.folder)  # it counts as a part of the result
+    assert cli.main(["report", str(tmp_path / "none")]) == 2
+    with pytest.raises(InputError, match="no such folder"):
+        results.open_result(tmp_path / "none")
+
+
+@pytest.mark.slow
+def test_a_browser_shows_it(made: Result, tmp_path: Path) -> None:
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if found is None:
+        pytest.skip("needs Chromium")
+    address = (made.folder / "report.html").as_uri() + "#t=0.2"
+    command = [found, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", address]
+    shown = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
+    head = shown.split("<script")[0]
+    assert 'data-ready="3d"' in shown[:300], shown[:300]
+    assert head.count('class="track"') == 7
+    assert re.search(r'id="now-time"[^>]*>0\.20 s', head)
+    assert "L toe" in head
+    assert head.count("<tr>") > 40
