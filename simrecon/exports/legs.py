@@ -20,12 +20,12 @@ from simrecon.geometry import rotations, vectors
 from simrecon.types import Array, Body, Flags, Scene, Skeleton
 
 SIDES = ("left", "right")
-STRETCH = 0.999
+STRETCH = 0.99995
 """A leg is never straighter than by this share of its length."""
 SMOOTH_S = 0.25
 """Over which the body sinks and comes up again."""
-FORWARD = 0.02
-"""Weight of the thigh's own forward axis in the side to which a straight knee bends."""
+FORWARD = 0.0005
+"""Of the thigh's own forward axis, m, in the side to which a straight knee bends."""
 
 
 def feet(skeleton: Skeleton, touching: Flags) -> Flags:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,7 @@ def points(skeleton: Skeleton, posed: Segments) -> Array:
     return np.asarray(posed.origins_m[:, at] + rotations.rotate(posed.quats[:, at], skeleton.point_offsets_m))
 
 
-def local(parents: Array | list[int], quats: Array) -> Array:
+def local(parents: Sequence[int], quats: Array) -> Array:
     """Orientations in the world (G, B, 4) → in the parents; the first one is the root's, in the world."""
     inside = np.empty_like(quats)
     inside[:, 0] = quats[:, 0]

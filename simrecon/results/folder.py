@@ -28,6 +28,10 @@ EXPORTS = {
     "trc": ("motion.trc",),
     "mot": ("forces.mot", "forces.xml"),
     "c3d": ("motion.c3d",),
+    "amass": ("amass.npz",),
+    "smplx": ("smplx.npz",),
+    "protomotions": ("protomotions.motion",),
+    "holosoma": ("holosoma.npz",),
 }
 """Formats of `simrecon.exports`, and the files of each in `EXPORT`."""
 EXPORTED = frozenset(name for names in EXPORTS.values() for name in names)
