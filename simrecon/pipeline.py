@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from simrecon import engines, kinematics, planners, replay, schedule
 from simrecon.body import ShapeRequest
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.engines import problem as problems
-from simrecon.engines import warm_start, windows
+from simrecon.engines import restarts, warm_start, windows
 from simrecon.engines.problem import Problem
 from simrecon.evidence import resample
 from simrecon.observer import SILENT, Observer
@@ -108,7 +109,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
 
     problem = problems.pose(fit, reference, uniform, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    solved, earlier_s = _simulate(problem, setup)
+    solved, earlier_s = _simulate(problem, fit, setup)
     marks.append(time.perf_counter())
     motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
     marks.append(time.perf_counter())
@@ -118,7 +119,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, spent_s)
 
 
-def _simulate(problem: Problem, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
+def _simulate(problem: Problem, fit: KinematicFit, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
     """All windows, solved where no checkpoint holds them, and the seconds spent on those it held."""
     problem, handover = warm_start.begin(problem, setup.start)
     pieces = schedule.cut(problem.clock, problem.plan)
@@ -129,5 +130,6 @@ def _simulate(problem: Problem, setup: Setup) -> tuple[tuple[WindowResult, ...],
     if setup.start is None and len(known) < len(pieces):
         tracker.prepare(pieces, handover)
     keep = None if store is None else store.save
-    solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep)
+    anew = partial(restarts.begin, problem, fit)
+    solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep, anew)
     return solved, sum(result.seconds for result in known)

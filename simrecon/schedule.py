@@ -66,5 +66,10 @@ def cut(clock: Clock, plan: Plan) -> tuple[Window, ...]:
 
 
 def stitch(results: tuple[WindowResult, ...]) -> Array:
-    """The control (N, nu) of all windows in a row."""
-    return np.concatenate([result.ctrl for result in results])
+    """The control (N, nu) of all windows on the steps of the clip, zero in gaps."""
+    last = results[-1]
+    control = np.zeros((last.window.start_step + len(last.ctrl), last.ctrl.shape[1]))
+    for result in results:
+        start = result.window.start_step
+        control[start : start + len(result.ctrl)] = result.ctrl
+    return control

@@ -20,6 +20,7 @@ from simrecon.errors import SimreconError
 from simrecon.evaluation import fitted, scores
 from simrecon.io import atomic, reading
 from simrecon.job import Job, Person, Reading
+from simrecon.kinematics import world
 from simrecon.plan import Plan
 from simrecon.results import whole
 from simrecon.running import run
@@ -60,7 +61,7 @@ def _execute(task: BenchmarkTask) -> dict[str, Any]:
     scene = material.scene(task, seen, plans.read(task.plan))
     key = material.key(file, task, plan, scene)
     if task.suite.half == "kinematics":
-        return _fit(task, file, truth, key, _Work(material.dropped(seen, task.variant.drop), scene, plan))
+        return _fit(task, file, truth, key, _Work(seen, task.variant.drop, scene, plan))
     folder, mark = task.folder / RESULT, task.folder / RECORD
     status = "kept"
     before = _recorded(mark)
@@ -83,9 +84,10 @@ def _execute(task: BenchmarkTask) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """What a kinematic fit is made of."""
+    """What a kinematic fit is made of, and what is left out of it."""
 
     evidence: Evidence
+    drop: tuple[str, ...]
     scene: Scene
     plan: Plan
 
@@ -99,7 +101,10 @@ def _fit(task: BenchmarkTask, file: Path, truth: Path, key: str, work: _Work) ->
         task.folder.mkdir(parents=True, exist_ok=True)
         mark.unlink(missing_ok=True)
         began = time.process_time()
-        fit = kinematics.fit(readers.resample(work.evidence)[0], work.scene, work.plan.kinematics)
+        seen = material.dropped(work.evidence, work.drop)
+        fit = kinematics.fit(readers.resample(seen)[0], work.scene, work.plan.kinematics)
+        if "camera" in work.drop and seen.joints_frame != "world":
+            fit = world.placed(fit, work.evidence.camera)
         fitted.write(path, fit, time.process_time() - began)
         atomic.flush(path)
         atomic.write_json(mark, {"key": key, "bytes": path.stat().st_size}, durable=True)

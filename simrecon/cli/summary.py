@@ -49,6 +49,8 @@ def _mass_origin(origin: str) -> str:
 
 def _lens_origin(report: Report) -> str:
     lens = report["assumed"]["lens"]
+    if lens["origin"] == "estimated":
+        return f"estimated to ±{lens['focal_error_pct']:.0f} % (--fov or --camera says it)"
     return "as is usual, for nobody knows it" if lens["origin"] == "usual" else f"as given by {lens['by']}"
 
 
@@ -71,7 +73,7 @@ def _floor(report: Report) -> str:
 
 def _reached(report: Report) -> Iterator[tuple[str, str]]:
     frames, totals, windows = report["frames"], report["totals"], report["windows"]
-    agreement, ending = report["agreement"], report["ending"]
+    agreement = report["agreement"]
     simulated = f"{frames['simulated']} of {frames['count']} simulated"
     if frames["fallback"]:
         simulated += f", {frames['fallback']} on kinematic fallback"
@@ -80,8 +82,8 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     yield "frames", simulated
     if (part := report["input"].get("part")) is not None:
         yield "part", _part(part, frames["count"])
-    if ending is not None:
-        yield "ended", f"at {ending['from_s']:.2f} s, up to {ending['to_s']:.2f} s: {ending['reason']}"
+    for i, gap in enumerate(report["gaps"]):
+        yield "" if i else "gaps", f"{gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['reason']}"
     if (off := agreement["image_px"]) is not None:
         share = agreement["image_person_pct"]
         relative = "" if share is None else f", {share:.1f} % of the person's height there"

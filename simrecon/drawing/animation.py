@@ -58,10 +58,10 @@ class Animation:
     ) -> Self:
         """What is drawn of a result's motion; see the attributes.
 
-        The first frame has no forces: they would be those of a single instant, before motors and contacts
-        have settled, and not a mean since the frame before.
+        A frame at which a simulation begins has no forces: they would be those of a single instant, before
+        motors and contacts have settled, and not a mean since the frame before.
         """
-        began = motion.frame_step == 0  # (T,)
+        began = motion.begins  # (T,)
         return cls(
             model=model,
             times_s=motion.times_s,

@@ -28,7 +28,7 @@ from simrecon.io import atomic
 from simrecon.io.reading import read_bytes
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
-SCHEMA = "simrecon.checkpoint/2"
+SCHEMA = "simrecon.checkpoint/3"
 _DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
@@ -58,18 +58,17 @@ class Folder:
     def restore(self, digest: str, windows: Sequence[Window]) -> list[WindowResult]:
         """See `Store`.
 
-        Files that are damaged, or that don't begin where the one before ends (it was solved again after a
-        fall), and all after them, are removed: those windows are redone.
+        Files that are damaged, or that neither begin where the one before ends (it was solved again after a
+        fall) nor anew after the gap that they name, are removed: those windows are redone.
         """
         self.digest, self.windows = digest, tuple(windows)
         restored: list[WindowResult] = []
         for window in windows:
             result = _read(self._file(window), digest, window)
-            if result is None or (restored and not np.array_equal(result.states[0], restored[-1].states[-1])):
-                break
-            restored.append(result)
-        for window in windows[len(restored) :]:
-            self._file(window).unlink(missing_ok=True)
+            if result is not None and _follows(result, restored):
+                restored.append(result)
+            else:
+                self._file(window).unlink(missing_ok=True)
         return restored
 
     def save(self, result: WindowResult) -> None:
@@ -84,6 +83,16 @@ class Folder:
 
     def _file(self, window: Window) -> Path:
         return self.path / self.digest[:16] / f"window_{window.index:05d}.npz"
+
+
+def _follows(result: WindowResult, before: Sequence[WindowResult]) -> bool:
+    """Whether a window begins the clip, begins anew after a gap, or begins where the one before it ends."""
+    solved = before[-1].window.index + 1 if before else 0
+    if result.begins_anew:
+        return result.gap_from == solved
+    if result.window.index != solved:
+        return False
+    return not before or np.array_equal(result.states[0], before[-1].states[-1])
 
 
 def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simrecon.engines.problem import Problem
 from simrecon.errors import InputError
@@ -81,7 +82,18 @@ def _targets(problem: Problem, motion: Motion) -> Array:
             column[known] = np.interp(times_s[known], own_times_s, values)
     if known.all() or times_s[-1] <= covered_s + 1e-6:
         targets[~known] = targets[int(known.sum()) - 1]
+    gap = _in_gaps(motion, np.asarray(times_s / own_step_s, np.float64))
+    targets[gap] = problem.targets_rad[gap]
     return targets
+
+
+def _in_gaps(motion: Motion, steps: Array) -> NDArray[np.bool_]:
+    """Which of the motion's own steps (S,) have no control, for they lie in a gap of its simulation."""
+    inside = np.zeros(len(steps), bool)
+    for begin in () if motion.restart_step is None else motion.restart_step:
+        before = motion.frame_step[(motion.frame_step >= 0) & (motion.frame_step < begin)]
+        inside |= (steps > before.max(initial=0) - 1e-6) & (steps < begin - 1e-6)
+    return inside
 
 
 def _without_knots(problem: Problem, qpos: Array, qvel: Array) -> Handover:

@@ -3,12 +3,14 @@
 A window has fallen if its committed part leaves the plan's corridor around the kinematic fit, or if no
 rollout stayed finite. The first retry goes back one window, the next one two, and so on, each with twice the
 effort of the one before and other random numbers, up to the window that fell. If the plan's retries do not
-help either, the clip ends there.
+help either, that window stays unsimulated, and the simulation begins anew at the kinematic fit of a later one
+(`restarts`), with no more than one retry for the window that it begins with.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +22,10 @@ from simrecon.sim.state import qpos_of
 from simrecon.system import blas
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
+Restart = Callable[[Window], Handover | None]
+"""Where a simulation may begin anew at a window; None: not there."""
+RESTART_RETRIES = 1
+
 
 @blas.one_thread()
 def solve(
@@ -30,6 +36,7 @@ def solve(
     solved: Sequence[WindowResult] = (),
     observer: Observer = SILENT,
     keep: Callable[[WindowResult], None] | None = None,
+    restart: Restart | None = None,
 ) -> tuple[WindowResult, ...]:
     """Solve the windows of a clip in order.
 
@@ -41,45 +48,111 @@ def solve(
         windows: of the clip.
         start: where the first window begins.
         seed: of all random numbers.
-        solved: the first windows, if they are known already.
+        solved: windows that are known already: the first ones, perhaps with gaps that are known to be final.
         observer: hears how far the simulation is, and of each window that did not fall.
         keep: called with the same windows, before the observer; None: they are not kept.
+        restart: where the simulation may begin anew after a fall; None: nowhere, the clip ends there.
 
     Returns:
-        The windows up to the end, or up to the first one that fell in spite of all retries.
+        The windows that are simulated; those that are missing fell in spite of all retries.
     """
-    results, end = list(solved), len(windows)
-    clock = tracker.problem.clock
-    effort = results[-1].effort if results else Effort()
-    while len(results) < end:
-        window = windows[len(results)]
-        if effort.until < window.index:
-            effort = Effort(0, window.index)
+    course = _Course(windows, start, list(solved), restart)
+    clock, retries = tracker.problem.clock, tracker.problem.plan.recovery.retries
+    while (window := course.next()) is not None:
         observer.stage("simulation", window.start_step * clock.step_s, clock.duration_s)
-        handover = results[-1].handover if results else start
-        rng = np.random.default_rng([seed, window.index, effort.retry])
-        result = tracker.solve(window, handover, rng, effort)
-        if not fell(tracker.problem, result):
-            results.append(result)
-            if keep is not None:
-                keep(result)
-            observer.solved(result, windows)
-        elif effort.retry < tracker.problem.plan.recovery.retries:
-            effort = Effort(effort.retry + 1, effort.until)
-            del results[_back(effort, window) :]
-        elif window.index == effort.until:
-            break
-        else:  # what the retries lost is solved again as it was at first, and the clip ends where it fell
-            end = effort.until
-            del results[_back(effort, window) :]
-            effort = Effort()
+        rng = np.random.default_rng([seed, window.index, course.effort.retry])
+        result = tracker.solve(window, course.handover, rng, course.effort)
+        if fell(tracker.problem, result):
+            course.fell(window, retries)
+            continue
+        result = course.kept(result)
+        if keep is not None:
+            keep(result)
+        observer.solved(result, windows)
     observer.stage("simulation", clock.duration_s, clock.duration_s)
-    return tuple(results)
+    return tuple(course.results)
 
 
-def _back(effort: Effort, window: Window) -> int:
-    """Index of the window from which a retry begins."""
-    return max(0, min(window.index, effort.until - effort.retry))
+class _Course:
+    """Which window is solved next, from where, and with what effort.
+
+    Attributes:
+        results: windows that stand, in order.
+        effort: of the next one.
+    """
+
+    def __init__(
+        self, windows: Sequence[Window], start: Handover, solved: list[WindowResult], restart: Restart | None
+    ) -> None:
+        self.results, self._windows, self._restart = solved, windows, restart
+        self.effort = solved[-1].effort if solved else Effort()
+        self._end = len(windows)  # of the simulation that goes on: the window that fell for good, or the last
+        self._begin, self._anew = 0, start
+        if restarted := [result.window for result in solved if result.begins_anew]:
+            self._begin_at(restarted[-1])
+
+    def next(self) -> Window | None:
+        """The next window; None at the end."""
+        if self._index >= self._end and not self._begins_anew():
+            return None
+        window = self._windows[self._index]
+        if self.effort.until < window.index:
+            self.effort = Effort(0, window.index)
+        return window
+
+    @property
+    def _index(self) -> int:
+        after = self.results[-1].window.index + 1 if self.results else 0
+        return max(after, self._begin)
+
+    @property
+    def handover(self) -> Handover:
+        """What the next window begins with."""
+        return self._anew if self._index == self._begin else self.results[-1].handover
+
+    def is_restart(self, window: Window) -> bool:
+        """Whether a simulation begins anew with a window."""
+        return window.index == self._begin > 0
+
+    def kept(self, result: WindowResult) -> WindowResult:
+        """Keep a window that did not fall, with the word on the gap before it."""
+        if self.is_restart(result.window):
+            gap_from = self.results[-1].window.index + 1 if self.results else 0
+            result = replace(result, gap_from=gap_from)
+        self.results.append(result)
+        return result
+
+    def fell(self, window: Window, retries: int) -> None:
+        """A window fell: go back, or leave it."""
+        most = min(RESTART_RETRIES, retries) if self.is_restart(window) else retries
+        if self.effort.retry < most:
+            self.effort = Effort(self.effort.retry + 1, self.effort.until)
+            self._go_back(window)
+        elif window.index == self.effort.until:
+            self._end = window.index
+        else:  # what the retries lost is solved again as it was at first, up to where it fell
+            self._end = self.effort.until
+            self._go_back(window)
+            self.effort = Effort()
+
+    def _go_back(self, window: Window) -> None:
+        """Forget the windows from the one on with which the retry begins."""
+        first = max(self._begin, min(window.index, self.effort.until - self.effort.retry))
+        self.results = [result for result in self.results if result.window.index < first]
+
+    def _begins_anew(self) -> bool:
+        """Begin after a window that fell for good, where the kinematic fit can be simulated."""
+        for window in self._windows[self._end + 1 :]:
+            if self._begin_at(window):
+                self._end, self.effort = len(self._windows), Effort()
+                return True
+        return False
+
+    def _begin_at(self, window: Window) -> bool:
+        anew = None if self._restart is None else self._restart(window)
+        if anew is not None:
+            self._begin, self._anew = window.index, anew
+        return anew is not None
 
 
 def fell(problem: Problem, result: WindowResult) -> bool:

@@ -34,7 +34,7 @@ def forces(result: Simulated, on: Comparison) -> Scores:
     steps = np.diff(motion.frame_step[kept])
     residual = dynamics.residual_pct(
         result.body.com_velocity_mps[kept], grf, mass, np.maximum(steps, 1) * step_s
-    )[steps > 0]
+    )[(steps > 0) & ~motion.begins[kept][1:]]
     numbers = {
         "grf_mean_pct": float(slow.mean()),
         "grf_max_pct": float(slow.max()),

@@ -31,7 +31,7 @@ def scores(result: Simulated, on: Comparison) -> Scores:
         return Scores()
     motion, mass = result.motion, result.mass_kg
     vertical = body_weight_pct(loads(result.model, result.scene, motion), mass)[..., 2].sum(-1)  # (T,)
-    kept = (motion.status == SIMULATED) & (motion.frame_step > 0)
+    kept = (motion.status == SIMULATED) & ~motion.begins
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"item_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
     known = at(on.times_s, motion.times_s, kept.astype(np.float64)) > 0.99  # not the first frame, no fallback

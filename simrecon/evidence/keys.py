@@ -22,10 +22,11 @@ CAMERA = ("camera_K", "camera_dist", "world_to_camera")
 LENGTHS = ("length_names", "lengths_m")
 PERSON = ("betas", "mass_kg", "height_m", *LENGTHS)
 ALL = (
-    "schema", "times_s", PART, "image_size_px",
+    "schema", "times_s", PART, "image_size_px", "focal_sigma",
     *KEYPOINTS, *CAMERA, "ground", "trust", *JOINTS, *ROTATIONS, *PERSON,
 )  # fmt: skip
 
+FOCAL_SIGMA = (0.0, 1.0)
 # Bounds that only a wrong unit or a typing error crosses.
 INTERVAL_RANGE_S = (0.0005, 0.5)
 GAP_MAX_S = 60.0
@@ -88,7 +89,8 @@ def camera(arrays: Arrays, frames: int) -> Camera | None:
     distortion = arrays.finite("camera_dist", (5,)) if "camera_dist" in arrays else np.zeros(5)
     _check_lens(arrays, matrix, distortion, float(size.max()))
     path = _path(arrays, "world_to_camera", frames) if "world_to_camera" in arrays else None
-    return Camera(Lens(matrix, distortion, (int(size[0]), int(size[1]))), path)
+    sigma = arrays.scalar("focal_sigma", FOCAL_SIGMA, "") if "focal_sigma" in arrays else 0.0
+    return Camera(Lens(matrix, distortion, (int(size[0]), int(size[1])), sigma), path)
 
 
 def _check_lens(arrays: Arrays, matrix: Array, distortion: Array, side: float) -> None:

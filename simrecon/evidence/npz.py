@@ -142,7 +142,7 @@ def _content(evidence: Evidence) -> dict[str, NDArray[Any]]:
     if (camera := evidence.camera) is not None:
         lens = camera.lens
         content |= {"image_size_px": lens.image_size_px, "camera_K": lens.matrix_px}
-        content |= {"camera_dist": lens.distortion}
+        content |= {"camera_dist": lens.distortion, "focal_sigma": lens.focal_sigma or None}
         content |= {"world_to_camera": _path(camera)}
     if not evidence.ground_known:
         content["ground"] = "unknown"

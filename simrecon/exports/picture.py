@@ -48,7 +48,7 @@ def frame(motion: Motion, word: str) -> int:
         InputError: neither, or a time outside the motion.
     """
     simulated = motion.status == SIMULATED
-    later = motion.frame_step > 0  # forces at the first frame are those of an instant, not of a frame
+    later = ~motion.begins  # forces at the first frame are those of an instant, not of a frame
     measures = {
         "lowest": -motion.com_m[:, 2],
         "highest": motion.com_m[:, 2],

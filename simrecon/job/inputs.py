@@ -246,5 +246,5 @@ def _unknown(seen: Evidence) -> Evidence:
         return blind
     first, *others = (seen.reading or "simrecon evidence").splitlines()
     focal = f"{cameras.focal_px(blind.camera.lens):.0f} px"
-    first += f"; camera left out (--unknown-camera), focal length set to {focal}"
+    first += f"; camera left out (--unknown-camera), focal length estimated with the motion, from {focal}"
     return replace(blind, reading="\n".join((first, *others)))

@@ -11,7 +11,7 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.contact import wishes
-from simrecon.kinematics import bones, floor, person, search, terms, wishing, world
+from simrecon.kinematics import bones, floor, lens, person, search, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -24,6 +24,9 @@ from simrecon.plan import Kinematics
 from simrecon.system import blas
 from simrecon.types import ContactWish, Evidence, KinematicFit, Scene
 
+LENS_EVALUATIONS = 80
+"""Of each fit with a focal length that is tried."""
+
 
 @blas.one_thread()
 def fit(
@@ -33,7 +36,7 @@ def fit(
     request: bodies.ShapeRequest | None = None,
     asked: Sequence[ContactWish] = (),
 ) -> KinematicFit:
-    """Fit shape scale, root and joint angles of all frames to the evidence.
+    """Fit shape scale, root and joint angles of all frames to the evidence, and a lens that nobody knows.
 
     Args:
         evidence: on a uniform time grid.
@@ -45,6 +48,19 @@ def fit(
     Raises:
         InputError: nothing in the evidence can be used, no such shape, or bones that are not those measured.
     """
+    brief = replace(plan, evaluations=min(plan.evaluations, LENS_EVALUATIONS))
+    evidence = lens.estimated(evidence, lambda tried: _fitted(tried, scene, brief, request, ()))
+    return _fitted(evidence, scene, plan, request, asked)
+
+
+def _fitted(
+    evidence: Evidence,
+    scene: Scene,
+    plan: Kinematics,
+    request: bodies.ShapeRequest | None,
+    asked: Sequence[ContactWish],
+) -> KinematicFit:
+    """The fit through a lens that is known, or taken for known."""
     worth = trust.of(evidence)
     known = floor.known(evidence, scene, worth)
     skeleton, shape, tall = person.measured(evidence, request, plan, worth, floor=known)
@@ -67,8 +83,8 @@ def fit(
         if known == "level":
             problem = replace(full, scene=floor.laid(scene, floor.height_m(problem, variables, parts)))
         else:
-            tilt = evidence.joints_frame != "world"
-            transform = floor.transform(problem, variables, parts, tilt=tilt)
+            own = evidence.joints_frame == "world"
+            transform = floor.transform(problem, variables, parts, world=own)
             camera = world.moved(camera, transform)
             problem = replace(
                 full,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simrecon.kinematics import forward, ground
+from simrecon.kinematics import forward, ground, upright
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.state import State
@@ -57,9 +57,22 @@ def height_m(problem: Problem, variables: Variables, parts: tuple[Primitive, ...
     return ground.level(*skin, problem.observations.standing[:, rows])
 
 
-def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ...], *, tilt: bool) -> Array:
-    """Transform (4, 4) that brings the ground under the person to the scene's (Gärtner 2022, eq. 7)."""
-    skin = _skin(problem, variables, parts, _spread(problem.frames))
-    move = ground.transform(*skin, tilt=tilt, scene=problem.scene)
+def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ...], *, world: bool) -> Array:
+    """Transform (4, 4) that brings the ground under the person to the scene's (Gärtner 2022, eq. 7).
+
+    The person is turned upright first (`upright`); where that is sure, the plane is level.
+
+    Args:
+        problem: without a floor.
+        variables: its solution.
+        parts: primitives of the unscaled body.
+        world: whether the 3D estimate is in a world of its own, whose up is taken for about right.
+    """
+    up = upright.find(State(problem, variables), world=world)
+    turn = np.eye(4)
+    turn[:3, :3] = up.turn
+    skin = [points @ up.turn.T for points in _skin(problem, variables, parts, _spread(problem.frames))]
+    tilt = not world and up.sigma_rad > upright.SURE_RAD
+    move = ground.transform(*skin, tilt=tilt, scene=problem.scene) @ turn
     move[2, 3] += problem.scene.ground.height_m
     return move

@@ -10,7 +10,7 @@ import numpy as np
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.kinematics.observations import Observations
-from simrecon.types import Array, Camera, Evidence, Lens
+from simrecon.types import Array, Camera, Evidence, KinematicFit, Lens
 
 LEVEL = np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """World to camera of a camera at the origin that looks along x and stands upright."""
@@ -45,6 +45,33 @@ def _placed(evidence: Evidence, lens: Lens) -> Array:
     transform[:3, :3] = rotations.matrix(rotations.exp(np.ravel(rotvec)))
     transform[:3, 3] = np.ravel(translation)
     return transform if solved else LEVEL
+
+
+def placed(fit: KinematicFit, camera: Camera | None) -> KinematicFit:
+    """A fit whose world has no place and heading of its own, moved to where the camera really stands.
+
+    The world of a camera that nobody knows begins below it and looks along it; only up and the floor say
+    something of the real one. So the fit is turned about the vertical and shifted over the floor, until its
+    camera stands where the real one does in the first frame, and looks to the same side.
+
+    Args:
+        fit: of a camera that is placed by it.
+        camera: the real one; without a path nothing is moved.
+    """
+    if camera is None or camera.path is None or fit.camera is None:
+        return fit
+    ours, theirs = (cameras.extrinsics(one)[0] for one in (fit.camera, camera))
+    across = [np.arctan2(one[0, 1], one[0, 0]) for one in (ours, theirs)]  # of the image's x axis
+    move = np.eye(4)
+    move[:3, :3] = rotations.matrix(rotations.exp(np.array([0.0, 0.0, across[1] - across[0]])))
+    places = [-one[:3, :3].T @ one[:3, 3] for one in (ours, theirs)]
+    move[:2, 3] = (places[1] - move[:3, :3] @ places[0])[:2]
+    turn = rotations.from_matrix(move[:3, :3])
+    qpos = fit.qpos.copy()
+    qpos[:, :3] = qpos[:, :3] @ move[:3, :3].T + move[:3, 3]
+    qpos[:, 3:7] = rotations.canonical(rotations.multiply(turn, qpos[:, 3:7]))
+    com = fit.com_m @ move[:3, :3].T + move[:3, 3]
+    return replace(fit, qpos=qpos, com_m=com, camera=moved(fit.camera, move), world=move @ fit.world)
 
 
 def in_world(camera: Camera | None, points_m: Array) -> Array:

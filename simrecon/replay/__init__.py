@@ -6,6 +6,6 @@ recording.record ─► trace.replay (every step) ─► frames ─► Motion, A
 from __future__ import annotations
 
 from simrecon.replay.recording import FALLBACK, NO_STEP, SIMULATED, Audit, record
-from simrecon.replay.trace import mean_since
+from simrecon.replay.trace import Gaps, gaps_of, mean_since
 
-__all__ = ["FALLBACK", "NO_STEP", "SIMULATED", "Audit", "mean_since", "record"]
+__all__ = ["FALLBACK", "NO_STEP", "SIMULATED", "Audit", "Gaps", "gaps_of", "mean_since", "record"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simrecon import scene as scenes
 from simrecon import schedule
 from simrecon.engines.problem import Problem
-from simrecon.replay.trace import Trace, mean_since, replay
+from simrecon.replay.trace import Gaps, Trace, mean_since, replay
 from simrecon.sim.address import locate, with_items_at_rest
 from simrecon.sim.poses import differentiate, posed
 from simrecon.sim.state import initial_state, qpos_of, qvel_of
@@ -51,14 +51,14 @@ def record(
 ) -> tuple[Motion, Audit]:
     """Replay the control of all windows and read the motion off the simulation.
 
-    Frames past the last committed step show the kinematic fit, with status `FALLBACK`, `frame_step` -1,
-    velocities by finite differences and no forces; without any window, that is all but the first. Quaternions
-    are those of the simulation, whatever their sign.
+    Frames in gaps and past the last committed step show the kinematic fit, with status `FALLBACK`,
+    `frame_step` -1, velocities by finite differences and no forces; without any window, that is all but the
+    first. Quaternions are those of the simulation, whatever their sign.
 
     Args:
         problem: what the engine worked on.
         fit: kinematic fit, on the problem's frames.
-        windows: solved windows in order, from the first one on; may be fewer than the clip has, or none.
+        windows: solved windows in order; may be fewer than the clip has, with gaps between them, or none.
         times_s: (T,) of the evidence.
         grid: (T,) the problem's frame that shows each of them, not decreasing.
 
@@ -68,9 +68,12 @@ def record(
     model = problem.model
     parts = tuple(primitive.name for primitive in fit.body.primitives)
     state0, ctrl = _control(problem, windows)
-    trace = replay(model, state0, ctrl, parts)
+    gaps = _gaps(windows)
+    begins = np.array([begin for _, begin, _ in gaps], dtype=np.int64)
+    trace = replay(model, state0, ctrl, parts, gaps)
     steps = grid * problem.clock.stride
-    simulated = steps <= len(ctrl)  # (T,)
+    between = [(steps > last) & (steps < begin) for last, begin, _ in gaps]
+    simulated = (steps <= len(ctrl)) & ~np.any([np.zeros(len(steps), bool), *between], axis=0)  # (T,)
     qpos, qvel = _configurations(problem, trace, grid, simulated)
     points, com, lowest = _geometry(problem, parts, qpos)
     fitted = with_items_at_rest(model, fit.qpos)
@@ -88,17 +91,29 @@ def record(
         contact_body=parts,
         kinematic_qpos=fitted[grid],
         planned_qpos=None if np.array_equal(fitted, problem.qpos) else problem.qpos[grid],
-        **_loads(trace, steps, simulated),
+        restart_step=begins if gaps else None,
+        restart_state=np.stack([state for _, _, state in gaps]) if gaps else None,
+        **_loads(trace, steps, simulated, begins),
     )
     return motion, _audit(trace, windows, lowest[simulated])
 
 
 def _control(problem: Problem, windows: tuple[WindowResult, ...]) -> tuple[Array, Array]:
     """Initial state (nstate,) and control (N, nu)."""
-    if windows:
-        return windows[0].states[0], schedule.stitch(windows)
-    state = initial_state(problem.model, problem.qpos[0], problem.qvel0)
-    return state, np.empty((0, problem.model.nu))
+    ctrl = schedule.stitch(windows) if windows else np.empty((0, problem.model.nu))
+    if windows and not windows[0].window.start_step:
+        return windows[0].states[0], ctrl
+    return initial_state(problem.model, problem.qpos[0], problem.qvel0), ctrl
+
+
+def _gaps(windows: tuple[WindowResult, ...]) -> Gaps:
+    """Between the windows, and before the first one if it does not begin the clip."""
+    ends = [0, *(result.window.start_step + len(result.ctrl) for result in windows)]
+    return tuple(
+        (end, result.window.start_step, result.states[0])
+        for end, result in zip(ends, windows, strict=False)
+        if result.window.start_step > end
+    )
 
 
 def _configurations(problem: Problem, trace: Trace, grid: IntArray, simulated: Mask) -> tuple[Array, Array]:
@@ -110,13 +125,13 @@ def _configurations(problem: Problem, trace: Trace, grid: IntArray, simulated: M
     return qpos, qvel
 
 
-def _loads(trace: Trace, steps: IntArray, simulated: Mask) -> dict[str, Array]:
+def _loads(trace: Trace, steps: IntArray, simulated: Mask, begins: IntArray) -> dict[str, Array]:
     """Torques and contacts at T frames, as fields of `Motion`: means since the frame before."""
 
     def mean(rows: Array) -> Array:
         """Mean of rows (N + 1, ...), (T, ...); zero in frames that are not simulated."""
         values = np.zeros((len(steps), *rows.shape[1:]))
-        values[simulated] = mean_since(rows, steps[simulated])
+        values[simulated] = mean_since(rows, steps[simulated], begins)
         return values
 
     pressure = mean(trace.pressure_N)[..., None]  # (T, C, 1)
@@ -165,10 +180,8 @@ def _geometry(problem: Problem, parts: tuple[str, ...], qpos: Array) -> tuple[Ar
 
 def _exact(states: Array, windows: tuple[WindowResult, ...]) -> bool:
     """Whether the states (N + 1, nstate) of the replay are those of the windows."""
-    start = 0
-    for window in windows:
-        end = start + len(window.ctrl)
-        if not np.array_equal(states[start : end + 1], window.states):
-            return False
-        start = end
-    return True
+    starts = (result.window.start_step for result in windows)
+    return all(
+        np.array_equal(states[start : start + len(result.ctrl) + 1], result.states)
+        for start, result in zip(starts, windows, strict=True)
+    )

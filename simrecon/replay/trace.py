@@ -14,7 +14,7 @@ import numpy as np
 from simrecon.sim import contacts
 from simrecon.sim.address import locate, motor_dofs
 from simrecon.sim.state import STATE, forward, set_state
-from simrecon.types import Array, IntArray
+from simrecon.types import Array, IntArray, Motion
 
 ROOT_DOFS = 6
 
@@ -52,7 +52,7 @@ class _Rows:
 
     def __init__(self, model: mujoco.MjModel, rows: int, parts: tuple[str, ...]) -> None:
         self.model = model
-        self.states = np.empty((rows, mujoco.mj_stateSize(model, STATE)))
+        self.states = np.zeros((rows, mujoco.mj_stateSize(model, STATE)))
         self.force, self.moment, self.couple = np.zeros((3, rows, len(parts), 3))
         self.pressure, self.slip = np.zeros((2, rows, len(parts)))
         self.torque = np.zeros((rows, model.nu))
@@ -77,7 +77,24 @@ class _Rows:
         np.add.at(self.slip[k], touching.part, normal * slip)
 
 
-def replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str, ...]) -> Trace:
+Gaps = tuple[tuple[int, int, Array], ...]
+"""Last step before each gap, the step at which the simulation begins anew, and its state there (nstate,)."""
+
+
+def gaps_of(motion: Motion) -> Gaps:
+    """Those of a motion."""
+    if motion.restart_step is None or motion.restart_state is None:
+        return ()
+    steps = motion.frame_step
+    return tuple(
+        (int(steps[(steps >= 0) & (steps < begin)].max(initial=0)), int(begin), state)
+        for begin, state in zip(motion.restart_step, motion.restart_state, strict=True)
+    )
+
+
+def replay(
+    model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str, ...], gaps: Gaps = ()
+) -> Trace:
     """Step from a state (nstate,) under a control (N, nu) and read every step.
 
     Args:
@@ -85,19 +102,25 @@ def replay(model: mujoco.MjModel, state0: Array, ctrl: Array, parts: tuple[str, 
         state0: full integration state.
         ctrl: (N, nu).
         parts: C names of the body's primitives.
+        gaps: in which nothing is stepped; the rows of their steps are zero.
     """
     rows = _Rows(model, len(ctrl) + 1, parts)
     data = mujoco.MjData(model)
-    set_state(model, data, state0)
-    now = forward(model, state0)  # apart from `data`, whose solver warm start it would change
+    anew = {0: state0} | {begin: state for _, begin, state in gaps}
     for k in range(len(ctrl) + 1):
-        if k > 0:
+        if any(last < k < begin for last, begin, _ in gaps):
+            continue
+        if k in anew:
+            set_state(model, data, anew[k])
+            now = forward(model, anew[k])  # apart from `data`, whose solver warm start it would change
+            rows.torque[k] = now.actuator_force
+        else:
             now, before = data, data.qvel.copy()
             data.ctrl[:] = ctrl[k - 1]
             mujoco.mj_step(model, data)
+            rows.torque[k] = _acting_torque(model, data, before)
         mujoco.mj_getState(model, data, rows.states[k], STATE)
         rows.read(k, now)
-        rows.torque[k] = now.actuator_force if k == 0 else _acting_torque(model, data, before)
     return Trace(
         rows.states,
         rows.force,
@@ -133,13 +156,16 @@ def _acting_torque(model: mujoco.MjModel, data: mujoco.MjData, before: Array) ->
     return np.asarray(np.where((force <= low) | (force >= high), force, implicit))
 
 
-def mean_since(rows: Array, steps: IntArray) -> Array:
+def mean_since(rows: Array, steps: IntArray, begins: IntArray | None = None) -> Array:
     """Means of rows (N + 1, ...) over the steps since the previous one of `steps` (S,), (S, ...).
 
-    A frame at the same step as the previous one shows the same.
+    A frame at the same step as the previous one shows the same, and one of the steps `begins` (R,), at which
+    a simulation begins after a gap, its own row; rows of gaps are zero.
     """
     unique, inverse = np.unique(steps, return_inverse=True)
     starts = np.concatenate(([0], unique[:-1] + 1))
+    if begins is not None:
+        starts = np.where(np.isin(unique, begins), unique, starts)
     total = np.add.reduceat(rows[: unique[-1] + 1], starts, axis=0)
     count = (unique - starts + 1).reshape(-1, *(1,) * (rows.ndim - 1))
     return np.asarray((total / count)[inverse])

@@ -48,14 +48,17 @@ def _height(job: Job, run: Reconstruction, known: str) -> dict[str, Any]:
 def _lens(job: Job, run: Reconstruction) -> dict[str, Any]:
     camera, reading = run.fit.camera, job.reading
     if camera is None:
-        return {"origin": NONE, "by": None, "fov_deg": None, "size_px": None}
+        return dict.fromkeys(("by", "fov_deg", "size_px", "focal_px", "focal_error_pct")) | {"origin": NONE}
     width, height = camera.lens.image_size_px
     by = "--camera" if reading.camera else "--fov" if reading.fov_deg else "the input"
+    sigma = camera.lens.focal_sigma
     return {
-        "origin": USUAL if reading.unknown_camera else GIVEN,
-        "by": None if reading.unknown_camera else by,
+        "origin": ESTIMATED if sigma else USUAL if reading.unknown_camera else GIVEN,
+        "by": None if sigma or reading.unknown_camera else by,
         "fov_deg": math.degrees(2 * math.atan(0.5 * width / cameras.focal_px(camera.lens))),
         "size_px": [width, height],
+        "focal_px": float(cameras.focal_px(camera.lens)),
+        "focal_error_pct": 100 * math.expm1(sigma),
     }
 
 

@@ -60,6 +60,7 @@ def read(folder: Path | str) -> Motion:
     }
     for key, values in {"qpos": qpos, **before}.items():
         _check_rotations(arrays, key, values)
+    restart_step, restart_state = _restarts(arrays, len(ctrl), len(state0))
     return Motion(
         times_s=times,
         frame_step=step,
@@ -77,8 +78,24 @@ def read(folder: Path | str) -> Motion:
         contact_point_m=arrays.floats("contact_point_m", ("T", "C", 3)),
         contact_slip_mps=arrays.floats("contact_slip_mps", ("T", "C")),
         grf_N=arrays.finite("grf_N", ("T", 3)),
+        restart_step=restart_step,
+        restart_state=restart_state,
         **before,
     )
+
+
+def _restarts(arrays: Arrays, steps: int, size: int) -> tuple[IntArray | None, Array | None]:
+    """Where the simulation begins anew after gaps, and its states there; None without gaps."""
+    if "restart_step" not in arrays:
+        return None, None
+    step, state = arrays.finite("restart_step", ("R",)), arrays.finite("restart_state", ("R", size))
+    if (
+        (np.diff(step) <= 0).any()
+        or (step != np.round(step)).any()
+        or not ((step > 0) & (step <= steps)).all()
+    ):
+        arrays.fail("restart_step", "steps out of order or range", f"increasing whole numbers up to {steps}")
+    return step.astype(np.int64), state
 
 
 def _check_rotations(arrays: Arrays, key: str, qpos: Array | None) -> None:

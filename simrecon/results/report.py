@@ -76,7 +76,7 @@ def make(
         "camera": seen_by.make(run),
         "agreement": dataclasses.asdict(agreement.make(run)),
         "planned": planned.make(run),
-        "ending": ending.make(run),
+        "gaps": ending.make(run),
     }
     if calibration is not None:
         sections["soft_floor"] = _soft_floor(calibration)

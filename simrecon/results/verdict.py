@@ -66,7 +66,7 @@ def judge(report: Report) -> dict[str, Any]:
     """The section `verdict` of a report, from its other sections.
 
     Args:
-        report: with `assumed`, `agreement`, `frames`, `ending`, `person`, `metrics`.
+        report: with `assumed`, `agreement`, `frames`, `gaps`, `person`, `metrics`.
     """
     found = [reason for rule in RULES for reason in rule(report)]
     found.sort(key=lambda reason: -LEVELS.index(reason.verdict))
@@ -134,27 +134,29 @@ def _lens(report: Report) -> list[Reason]:
     return [Reason(DOUBTFUL, text, "give the --fov of the short side, or --camera FILE")]
 
 
-def _ended(report: Report) -> list[Reason]:
-    frames, ending = report["frames"], report["ending"]
-    if ending is None:
+def _gaps(report: Report) -> list[Reason]:
+    frames, gaps = report["frames"], report["gaps"]
+    if not gaps:
         return []
     level = BAD if frames["fallback"] > FALLBACK_SHARE * frames["count"] else DOUBTFUL
     verb = "is" if frames["fallback"] == 1 else "are"
+    worst = max(gaps, key=lambda gap: gap["frames"])
+    more = f"; and {counted(len(gaps) - 1, 'other gap')}" if len(gaps) > 1 else ""
     text = (
         f"{counted(frames['fallback'], 'frame')} of {frames['count']} {verb} not simulated, from "
-        f"{ending['from_s']:.2f} to {ending['to_s']:.2f} s ({ending['reason']}: {ending['detail']})"
+        f"{worst['from_s']:.2f} to {worst['to_s']:.2f} s ({worst['reason']}: {worst['detail']}){more}"
     )
-    return [Reason(level, text, _ended_advice(ending))]
+    return [Reason(level, text, _gap_advice(worst))]
 
 
-def _ended_advice(ending: dict[str, Any]) -> str:
-    plan = ending["plan"]
+def _gap_advice(gap: dict[str, Any]) -> str:
+    plan = gap["plan"]
     return {
         endings.FELL: f"try --plan {plan}" if plan else "check scene and height, or cut the clip there",
         endings.LOST: "cut the clip where the person leaves the picture",
         endings.PENETRATION: "move the item, or give the scene what is there (simrecon scene check)",
         endings.IMPOSSIBLE: "look at the input there; check --height-m, the lens and the scene",
-    }[ending["reason"]]
+    }[gap["reason"]]
 
 
 def _fell(report: Report) -> list[Reason]:
@@ -219,7 +221,7 @@ def _bone(report: Report) -> list[Reason]:
 
 
 RULES: tuple[Callable[[Report], list[Reason]], ...] = (
-    _image, _ended, _fell, _apart, _input, _bone, _lens, _unseen, _few, _stature, _deep,
+    _image, _gaps, _fell, _apart, _input, _bone, _lens, _unseen, _few, _stature, _deep,
 )  # fmt: skip
 """In the order of what matters most within a level."""
 

@@ -15,11 +15,13 @@ class Lens:
         matrix_px: (3, 3) intrinsic matrix K.
         distortion: (5,) OpenCV coefficients k1 k2 p1 p2 k3.
         image_size_px: (width, height).
+        focal_sigma: deviation of the natural logarithm of the focal length where nobody knows it; 0: known.
     """
 
     matrix_px: Array
     distortion: Array
     image_size_px: tuple[int, int]
+    focal_sigma: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

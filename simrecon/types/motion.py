@@ -16,7 +16,8 @@ class Motion:
     """What `motion.npz` holds (`simrecon.result/1`); shapes and units are in docs/formats.md.
 
     `kinematic_qpos` (T, nq) is the kinematic fit; None in results of earlier versions. `planned_qpos` (T, nq)
-    is what a planner made of it for the simulation to follow; None where that is the fit.
+    is what a planner made of it for the simulation to follow; None where that is the fit. `restart_step` (R,)
+    and `restart_state` (R, nstate) are where the simulation began anew after a gap; None without gaps.
     """
 
     times_s: Array
@@ -37,6 +38,14 @@ class Motion:
     grf_N: Array
     kinematic_qpos: Array | None = None
     planned_qpos: Array | None = None
+    restart_step: IntArray | None = None
+    restart_state: Array | None = None
+
+    @property
+    def begins(self) -> NDArray[np.bool_]:
+        """(T,) whether a simulation begins at a frame: it shows the forces of an instant, not of a frame."""
+        steps = np.zeros(1) if self.restart_step is None else np.append(self.restart_step, 0)
+        return np.asarray(np.isin(self.frame_step, steps))
 
 
 Report = dict[str, Any]

@@ -75,6 +75,8 @@ class WindowResult:
         descent_steps: D. evaluations: rollouts done, the last one of the mean.
         seconds: wall time. stepping_s: within MuJoCo, of all threads over their number.
         handover: to the next window.
+        gap_from: index of the first of the windows before it that could not be simulated, so that it begins
+            at the kinematic fit; -1: there are none.
     """
 
     window: Window
@@ -91,3 +93,9 @@ class WindowResult:
     status: WindowStatus
     effort: Effort
     handover: Handover
+    gap_from: int = -1
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether it begins at the kinematic fit, after a gap."""
+        return self.gap_from >= 0

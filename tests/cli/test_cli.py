@@ -183,7 +183,7 @@ def test_fallback_is_said_and_exits_with_3(
     shown = capsys.readouterr().out
     assert expected in shown
     times = results.read_motion(tmp_path / "out").times_s
-    assert f"ended    at {times[-fallback]:.2f} s, up to {times[-1]:.2f} s: fell" in shown
+    assert f"gaps     {times[-fallback]:.2f} to {times[-1]:.2f} s: fell" in shown
     assert re.search(r"verdict +bad\n +\d+ frames of 20 are not simulated, .*: check scene and height", shown)
 
 

@@ -28,7 +28,9 @@ def test_lens_and_place_are_hidden() -> None:
         seen(cameras.still(Lens(matrix, np.full(5, 0.1), (800, 600)), np.eye(4), 3))
     ).camera
     assert hidden is not None
-    np.testing.assert_array_equal(hidden.lens.matrix_px, [[1000, 0, 399.5], [0, 1000, 299.5], [0, 0, 1]])
+    focal = 400 / np.tan(np.radians(54.4 / 2))
+    np.testing.assert_allclose(hidden.lens.matrix_px, [[focal, 0, 399.5], [0, focal, 299.5], [0, 0, 1]])
+    assert hidden.lens.focal_sigma == 0.245
     assert not hidden.lens.distortion.any()
     assert hidden.path is None
 
@@ -58,7 +60,7 @@ def test_landmarks_of_an_unknown_lens_need_only_the_size_of_the_image(keypoints:
         observed(keypoints, *size)
     found = observed(keypoints, *size, "--unknown-camera")
     assert found.camera is not None
-    assert found.camera.lens.matrix_px[0, 0] == 1000.0
+    assert found.camera.lens.matrix_px[0, 0] == pytest.approx(400 / np.tan(np.radians(54.4 / 2)))
     assert found.camera.lens.image_size_px == (800, 600)
 
 
@@ -67,4 +69,6 @@ def test_the_size_of_a_video_will_do(keypoints: Path) -> None:
     found = observed(keypoints, "--video", str(video), "--unknown-camera")
     assert found.camera is not None
     width, height = found.camera.lens.image_size_px
-    assert found.camera.lens.matrix_px[0, 0] == pytest.approx(np.hypot(width, height))
+    assert height > width  # only phones are held so
+    assert found.camera.lens.matrix_px[0, 0] == pytest.approx(height / 2 / np.tan(np.radians(65 / 2)))
+    assert found.camera.lens.focal_sigma == 0.15

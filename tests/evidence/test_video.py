@@ -121,6 +121,20 @@ def test_cache_key_knows_content_networks_and_options() -> None:
 
 
 @fake
+def test_a_lens_that_nobody_knows_is_a_usual_one_until_the_motion_says_more(
+    clip: Path, tmp_path: Path
+) -> None:
+    found = evidence.read(clip, Options())
+    assert found.camera is not None
+    assert found.camera.lens.focal_sigma == 0.245
+    assert "lens: not known: estimated with the motion, unless you give --camera FILE" in found.reading
+    evidence.write(tmp_path / "kept.npz", found)
+    kept = evidence.read(tmp_path / "kept.npz").camera
+    assert kept is not None
+    assert kept.lens.focal_sigma == 0.245
+
+
+@fake
 def test_person(clip: Path) -> None:
     for asked in (Options(camera=lens(), person="2"), Options(camera=lens(), person_at=(130.0, 60.0))):
         found = evidence.read(clip, asked)
@@ -159,7 +173,6 @@ def test_look_draws_who_is_there(clip: Path, tmp_path: Path, capsys: pytest.Capt
             "--person-at: found no person at 5,5 in 20 frames; valid: a place on one of 1",
         ),
         ({"person_at": (5.0, 5.0), "person": "1"}, "--person: found --person-at beside it"),
-        ({"camera": None}, "lens: found none in the video; valid: --camera FILE, or --fov DEGREES"),
         ({"camera": lens((320, 240))}, "found a camera of 320 x 240 for a video of 160 x 120 px"),
     ],
 )

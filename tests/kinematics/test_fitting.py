@@ -189,7 +189,7 @@ def test_the_floor_is_found_without_extrinsics(make: Makers, weights: Kinematics
     assert np.abs(lowest).mean() < 0.03
     # and the camera is as high as it really was
     assert fit.camera is not None
-    assert cameras.centre_m(fit.camera)[0, 2] == pytest.approx(height_m, abs=0.2)
+    assert cameras.centre_m(fit.camera)[0, 2] == pytest.approx(height_m, abs=0.25)
     assert np.median(fit.reprojection_px) < 3.0
 
 

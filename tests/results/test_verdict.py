@@ -37,10 +37,12 @@ CLEAN: dict[str, Any] = {
     },
     "kinematics": {"reprojection_median_px": 4.0},
     "frames": {"count": 179, "simulated": 179, "fallback": 0, "interpolated": 0},
-    "ending": None,
+    "gaps": [],
     "metrics": {"penetration_max_mm": 12.0},
 }  # fmt: skip
-FELL = {"from_s": 1.2, "to_s": 2.9, "reason": "fell", "detail": "no balance", "plan": "default"}
+FELL = [
+    {"from_s": 1.2, "to_s": 2.9, "frames": 9, "reason": "fell", "detail": "no balance", "plan": "default"}
+]
 
 
 def changed(**sections: Any) -> dict[str, Any]:
@@ -72,12 +74,12 @@ def test_a_clean_result_is_good() -> None:
         ({"agreement": {"bone": "hip_width", "bone_pct": -18.2}}, "doubtful", "hip width is 18 % shorter"),
         ({"assumed": {"lens": {**CLEAN["assumed"]["lens"], "fov_deg": 65.0}}}, "doubtful", "37 to 43°"),
         (
-            {"frames": {"fallback": 3, "simulated": 176}, "ending": FELL},
+            {"frames": {"fallback": 3, "simulated": 176}, "gaps": FELL},
             "doubtful",
             "3 frames of 179 are not",
         ),
-        ({"frames": {"fallback": 1, "simulated": 178}, "ending": FELL}, "doubtful", "1 frame of 179 is not"),
-        ({"frames": {"fallback": 103, "simulated": 76}, "ending": FELL}, "bad", "from 1.20 to 2.90 s (fell"),
+        ({"frames": {"fallback": 1, "simulated": 178}, "gaps": FELL}, "doubtful", "1 frame of 179 is not"),
+        ({"frames": {"fallback": 103, "simulated": 76}, "gaps": FELL}, "bad", "from 1.20 to 2.90 s (fell"),
         ({"frames": {"interpolated": 60}}, "doubtful", "out of view in 34 %"),
         ({"person": {"height_m": 1.36}}, "doubtful", "1.36 m was estimated"),
         ({"metrics": {"penetration_max_mm": 80.0}}, "doubtful", "80 mm under the floor"),
@@ -103,7 +105,7 @@ def test_the_worst_reason_comes_first() -> None:
 
 def test_a_worse_result_is_one_with_a_worse_verdict_or_fewer_frames() -> None:
     good, doubtful = changed(), changed(agreement={"fit_mean_m": 0.06})
-    fell = changed(frames={"fallback": 103, "simulated": 76}, ending=FELL)
+    fell = changed(frames={"fallback": 103, "simulated": 76}, gaps=FELL)
     assert verdict.is_worse(doubtful, good)
     assert verdict.is_worse(fell, doubtful)
     assert not verdict.is_worse(good, fell)
@@ -114,8 +116,8 @@ def test_a_worse_result_is_one_with_a_worse_verdict_or_fewer_frames() -> None:
 
 
 def test_a_result_of_an_earlier_version_is_compared_by_its_frames() -> None:
-    old = {key: value for key, value in changed().items() if key not in ("verdict", "agreement", "ending")}
-    fell = changed(frames={"fallback": 103, "simulated": 76}, ending=FELL)
+    old = {key: value for key, value in changed().items() if key not in ("verdict", "agreement", "gaps")}
+    fell = changed(frames={"fallback": 103, "simulated": 76}, gaps=FELL)
     assert verdict.is_worse(fell, old)
     assert not verdict.is_worse(changed(agreement={"fit_mean_m": 0.3}), old)
 
@@ -132,7 +134,7 @@ def test_a_report_says_what_was_assumed(run: Any, tmp_path: Path) -> None:
         "origin": "given", "height_m": pytest.approx(1.0), "down_deg": pytest.approx(0.0),
     }  # fmt: skip
     assert said["assumed"]["floor"] == {"origin": "given", "height_m": 0.0}
-    assert said["ending"] is None
+    assert said["gaps"] == []
     assert said["agreement"]["person_px"] == pytest.approx(600 * 1.75 / 4, rel=0.02)
     assert said["agreement"]["image_px"] == pytest.approx(said["metrics"]["mpjpe_2d_px"], rel=0.01)
     assert 0 < said["agreement"]["fit_mean_m"] <= said["agreement"]["fit_max_m"] < 0.1

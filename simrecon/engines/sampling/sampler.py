@@ -49,9 +49,10 @@ class Sampler:
         """See `Tracker`."""
         began, stepping, stepped = time.perf_counter(), self.simulator.seconds, self.simulator.steps
         plan = self.problem.plan.optimiser
-        task = Task(self.problem, window, handover)
+        begins = not len(handover.knots_rad)  # of a simulation, after a gap or at the start of the clip
+        task = Task(self.problem, window, handover, begins=begins)
         course = Course()
-        most = plan.descent_steps * effort.factor * (1 if window.index else FIRST_WINDOW)
+        most = plan.descent_steps * effort.factor * (FIRST_WINDOW if begins else 1)
         descent = descend(task, self.simulator, rng, plan.starts * effort.factor, most, course)
         descent_steps = len(course.losses) - 1
         best: Descent | Search = descent

@@ -44,8 +44,17 @@ class Task:
         terms: of the loss.
     """
 
-    def __init__(self, problem: Problem, window: Window, handover: Handover) -> None:
-        """Lay out a window that starts at the exact state of `handover`, warm-started with its knots."""
+    def __init__(
+        self, problem: Problem, window: Window, handover: Handover, *, begins: bool | None = None
+    ) -> None:
+        """Lay out a window that starts at the exact state of `handover`, warm-started with its knots.
+
+        Args:
+            problem: the clip.
+            window: which part of it.
+            handover: what the window before passed on.
+            begins: whether a simulation begins with it, whose first state is free; None: if it is the first.
+        """
         self.problem, self.window, self.handover = problem, window, handover
         clock, spacing = problem.clock, problem.plan.window.knot_spacing_s
         first_s, last_s = window.start_step * clock.step_s, window.end_step * clock.step_s
@@ -61,7 +70,8 @@ class Task:
         self.terms = loss_terms.of_window(problem, len(frames))
         self._targets = Targets.at(problem, frames)
         optimiser = problem.plan.optimiser
-        free = window.index == 0 and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
+        begins = window.index == 0 if begins is None else begins
+        free = begins and (optimiser.start_pose > 0 or optimiser.start_velocity > 0)
         self._free = 2 * locate(problem.model).nv if free else 0
 
     def warm_start(self) -> Array:

@@ -27,8 +27,8 @@ def from_fov(fov_deg: float | None, size_px: tuple[int, int] | None) -> Camera |
     return pinhole(focal, size_px)
 
 
-def pinhole(focal_px: float, size_px: tuple[int, int]) -> Camera:
+def pinhole(focal_px: float, size_px: tuple[int, int], focal_sigma: float = 0.0) -> Camera:
     """A camera without distortion that looks through the middle of its image; (0, 0) is the first pixel's."""
     x, y = (size_px[0] - 1) / 2, (size_px[1] - 1) / 2
     matrix = np.array([[focal_px, 0.0, x], [0.0, focal_px, y], [0.0, 0.0, 1.0]])
-    return Camera(Lens(matrix, np.zeros(5), size_px))
+    return Camera(Lens(matrix, np.zeros(5), size_px, focal_sigma))

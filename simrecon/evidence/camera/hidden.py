@@ -9,13 +9,18 @@ from simrecon.errors import InputError
 from simrecon.evidence.camera import fov
 from simrecon.types import Camera, Evidence
 
+LYING_DEG, LYING_SIGMA = 54.4, 0.245
+"""Across the longer side of an image that is wider than high: lenses from 35 to 80 degrees, which are two
+deviations of the logarithm of the focal length to either side."""
+STANDING_DEG, STANDING_SIGMA = 65.0, 0.15
+"""The same of an image that is higher than wide: only phones are held so, whose main lens sees 60 to 70."""
+
 
 def unknown_camera(evidence: Evidence) -> Evidence:
     """Evidence with a usual lens instead of its own, and without the camera's place.
 
-    The focal length is the image's diagonal (a field of view of 53 degrees across it), the prior of 4DHumans
-    (Goel et al., ICCV 2023) and WHAM (Shin et al., CVPR 2024); the principal point is the middle, there is no
-    distortion. The place follows from the ground plane, in the kinematic fit.
+    The principal point is the middle, there is no distortion. Focal length and place follow from the motion,
+    in the kinematic fit.
 
     Raises:
         InputError: landmarks, but no image size.
@@ -28,5 +33,7 @@ def unknown_camera(evidence: Evidence) -> Evidence:
 
 
 def usual(size_px: tuple[int, int]) -> Camera:
-    """A pinhole whose focal length is the diagonal of an image of (width, height)."""
-    return fov.pinhole(math.hypot(*size_px), size_px)
+    """A pinhole with the most probable focal length for an image of (width, height), and its deviation."""
+    width, height = size_px
+    angle, sigma = (STANDING_DEG, STANDING_SIGMA) if height > width else (LYING_DEG, LYING_SIGMA)
+    return fov.pinhole(max(size_px) / 2 / math.tan(math.radians(angle) / 2), size_px, sigma)

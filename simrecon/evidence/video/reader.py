@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.evidence.camera import fov
+from simrecon.evidence.camera import fov, hidden
 from simrecon.evidence.content import Content
 from simrecon.evidence.cutting import Span
 from simrecon.evidence.options import Options
@@ -30,7 +30,7 @@ def read(content: Content, options: Options) -> Evidence:
     """Evidence of the landmarks of one person.
 
     Raises:
-        InputError: no lens, no weights, no extra, a damaged video, or no such person.
+        InputError: no weights, no extra, a damaged video, or no such person.
     """
     info = frames.probe(content.path, options.turn_deg or 0)
     camera, lens = _lens(content, options, info)
@@ -87,7 +87,7 @@ def _lens(content: Content, options: Options, info: frames.Info) -> tuple[Camera
         return options.camera, options.lens
     focal = metadata.focal_35mm(content.path)
     if focal is None:
-        raise content.fail("lens", "none in the video", LENSES)
+        return hidden.usual(info.size_px), f"not known: estimated with the motion, unless you give {LENSES}"
     pixels = metadata.focal_px(focal, info.size_px)
     text = f"{focal:g} mm equivalent as the video says, {pixels:.0f} px"
     return fov.pinhole(pixels, info.size_px), text
