@@ -12,7 +12,7 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.metrics.filters import low_pass
-from simrecon.replay import NO_STEP
+from simrecon.replay import NO_STEP, gaps_of
 from simrecon.replay.trace import replay
 from simrecon.results import Result
 from simrecon.types import Array
@@ -93,7 +93,7 @@ def steps(result: Result) -> Forces:
     if not len(motion.ctrl) or not len(known):
         raise InputError(f"{result.folder}: found no simulated frame; valid: a result with forces")
     model = result.model
-    trace = replay(model, motion.state0, motion.ctrl, motion.contact_body)
+    trace = replay(model, motion.state0, motion.ctrl, motion.contact_body, gaps_of(motion))
     names = body.skeleton.names
     owner = {part.name: names.index(part.segment) for part in body.primitives}
     at = [owner[part] for part in motion.contact_body]

@@ -70,7 +70,7 @@ class Clip:
         if self.motion is None:
             return np.full(self.frames, np.nan)
         force = self.motion.grf_N[:, 2].astype(float)
-        return np.where(self.motion.frame_step > 0, force, np.nan)
+        return np.where((self.motion.frame_step > 0) & ~self.motion.begins, force, np.nan)
 
     def pelvis_m(self) -> Array:
         """Height of the pelvis (T,)."""

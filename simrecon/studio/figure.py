@@ -105,7 +105,7 @@ _NONE = np.zeros((1, 2, 3))
 def arrows(clip: Clip, frame: int) -> Array:
     """From and to of the forces in a frame (N, 2, 3); one without length where there is none."""
     motion = clip.motion
-    if motion is None or motion.frame_step[frame] <= 0:
+    if motion is None or motion.frame_step[frame] <= 0 or motion.begins[frame]:
         return _NONE
     force, point = motion.contact_force_N[frame], motion.contact_point_m[frame]
     loaded = np.linalg.norm(force, axis=-1) > LEAST_N

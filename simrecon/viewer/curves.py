@@ -55,7 +55,7 @@ def rounded(values: Array, digits: int) -> list[Any]:
 
 def forces(motion: Motion) -> Array:
     """Forces of the scene (T, C, 3) N, none in the first frame, where they would be those of an instant."""
-    began = motion.frame_step == 0
+    began = motion.begins
     return np.asarray(np.where(began[:, None, None], 0.0, motion.contact_force_N))
 
 
@@ -106,7 +106,7 @@ def _joints(result: Result, rows: IntArray) -> dict[str, Any]:
     turns = rotations.log(rotations.multiply(body.skeleton.rest[1:], quats))
     torque = motion.torque_Nm[rows, : 3 * len(names)].reshape(len(rows), -1, 3)
     torques = np.round(np.moveaxis(torque, 0, -1), 1).astype(object)
-    torques[..., motion.frame_step[rows] == 0] = None  # that of an instant, before motors have settled
+    torques[..., motion.begins[rows]] = None  # that of an instant, before motors have settled
     return {
         "joints": [name.replace("_", " ") for name in names],
         "axes": list(AXES),
