@@ -32,6 +32,10 @@ EXPORTS = {
     "smplx": ("smplx.npz",),
     "protomotions": ("protomotions.motion",),
     "holosoma": ("holosoma.npz",),
+    "locomujoco": ("locomujoco.npz", "locomujoco.xml"),
+    "mjcf": ("hinges.npz", "hinges.xml"),
+    "csv": ("motion.csv", "forces.csv"),
+    "usd": ("motion.usd",),
 }
 """Formats of `simrecon.exports`, and the files of each in `EXPORT`."""
 EXPORTED = frozenset(name for names in EXPORTS.values() for name in names)
