@@ -13,7 +13,7 @@
   function head() {
     const verdict = data.verdict ? data.verdict.verdict : "no verdict";
     $("verdict").textContent = verdict;
-    $("verdict").classList.add(verdict);
+    if (data.verdict) $("verdict").classList.add(verdict);
     const lost = curves.status.filter(Boolean).length;
     $("facts").textContent = [
       `${last.toFixed(2)} s`, `${data.frame_count} frames${times.length < data.frame_count ? `, ${times.length} of them here` : ""}`,
@@ -238,10 +238,11 @@
     addEventListener("beforeprint", () => {
       charts.draw();
       if (!view) return;
+      view.setTheme(false);
       const picture = html("img", { id: "printed", alt: "", src: view.picture(), style: "inset:0;width:100%;height:100%;object-fit:contain" });
       $("view").append(picture);
     });
-    addEventListener("afterprint", () => { const picture = $("printed"); if (picture) picture.remove(); });
+    addEventListener("afterprint", () => { const picture = $("printed"); if (picture) picture.remove(); showTheme(); });
   }
 
   async function prepareView() {

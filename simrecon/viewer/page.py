@@ -21,7 +21,7 @@ from simrecon.results.folder import PAGE
 from simrecon.types import IntArray, Primitive
 from simrecon.viewer import curves, quality, seen, stills, tables
 
-FRAMES_MAX = 2400
+FRAMES_MAX = 1500
 """More than these are thinned out, which keeps a page below 5 MB."""
 SCRIPTS = ("three.min.js", "scene.js", "charts.js", "page.js")
 FIT = "fit"

@@ -14,7 +14,7 @@ from simrecon.types import IntArray
 
 VIDEO = "overlay.mp4"
 COUNT_MAX, SIDE_PX, QUALITY = 120, 540, 72
-BYTES_MAX = 1_500_000
+BYTES_MAX = 1_200_000
 """Of all stills together: beyond it fewer are taken."""
 
 

@@ -101,7 +101,7 @@ def test_what_stands_in_a_script_cannot_end_it() -> None:
 
 
 def test_a_long_motion_is_thinned_out() -> None:
-    assert page.frames(2400).tolist() == list(range(2400))
+    assert page.frames(1500).tolist() == list(range(1500))
     rows = page.frames(10_001)
     assert len(rows) <= page.FRAMES_MAX + 1
     assert (rows[0], rows[-1]) == (0, 10_000)
