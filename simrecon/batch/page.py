@@ -17,6 +17,7 @@ from simrecon.errors import printable
 from simrecon.io import atomic
 from simrecon.io.messages import counted
 from simrecon.results.folder import PAGE, REPORT
+from simrecon.results.verdict import LEVELS
 from simrecon.system.progress import duration
 
 TEMPLATE = "page.html"
@@ -24,6 +25,7 @@ COLUMNS = (
     ("clip", "Clip", "text"),
     ("frames", "Frames", ""),
     ("verdict", "Verdict", "text"),
+    ("seconds", "Seconds good, doubtful, bad", "number"),
     ("video", "Video, s", "number"),
     ("loss", "Loss", "number"),
     ("px", "2D error, px", "number"),
@@ -129,6 +131,7 @@ def _row(places: Places, row: Row) -> str:
         (row.name, _links(places, row)),
         (None, _strip(places, row)),
         (_RANKS[kind], f'<span class="verdict {kind}">{_escaped(words)}</span>'),
+        _seconds(figures.get("seconds")),
         *(
             (value, "–" if value is None else f"{value:.{digits}f}")
             for value, digits in (
@@ -145,6 +148,14 @@ def _row(places: Places, row: Row) -> str:
     ]
     shown = "".join(f"<td{_value(value)}>{inner}</td>" for value, inner in cells)
     return f'<tr class="{kind}">{shown}</tr>'
+
+
+def _seconds(counts: Any) -> tuple[float | None, str]:
+    """Share of the seconds that are good, to sort by, and how many are good, doubtful and bad."""
+    if not isinstance(counts, dict) or not all(isinstance(count, int) for count in counts.values()):
+        return None, "–"  # records of earlier versions have none
+    levels = [counts.get(level, 0) for level in LEVELS]
+    return levels[0] / max(sum(levels), 1), " / ".join(map(str, levels))
 
 
 def _value(value: object) -> str:

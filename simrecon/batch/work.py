@@ -9,6 +9,7 @@ import contextlib
 import re
 import shutil
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,6 +126,7 @@ def _figures(result: Result, here_s: float) -> dict[str, Any]:
     return {
         "verdict": ": ".join(words),
         "quality": quality,
+        "seconds": Counter(second["verdict"] for second in report["by_second"]),
         "fell": report["agreement"]["fell"],
         "frames": frames["count"],
         "fallback": frames["fallback"],

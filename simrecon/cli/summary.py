@@ -8,7 +8,7 @@ from pathlib import Path
 from simrecon.errors import printable
 from simrecon.io.messages import spans
 from simrecon.kinematics import stature_prior
-from simrecon.results import Result
+from simrecon.results import Result, by_second
 from simrecon.system.progress import duration
 from simrecon.types import Report
 
@@ -129,6 +129,10 @@ def _verdict(report: Report) -> Iterator[tuple[str, str]]:
     yield "verdict", verdict["verdict"]
     for reason in verdict["reasons"]:
         yield "", f"{reason['reason']}: {reason['advice']}"
+    spans = by_second.short(report)
+    if len(spans) > 1 or verdict["verdict"] != "good":
+        for i, (when, words) in enumerate(spans):
+            yield "" if i else "seconds", f"{when}: {words}"
 
 
 def _files(result: Result) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from simrecon.geometry import rotations
 from simrecon.kinematics.state import State
 from simrecon.types import Array
 
-ERECT = 0.5
+ERECT = 0.42
 """Least distance of the centre of mass from the supporting feet, in statures: 0.55 standing, 0.4 sitting."""
 STANDS = 0.5
 """How surely a foot stands that counts as a support."""

@@ -84,11 +84,32 @@ def _fitted(run: Reconstruction) -> Array:
     return np.asarray(run.problem.points_m[frames_of(run)])
 
 
-def _in_image(run: Reconstruction, kept: Mask) -> tuple[float | None, float | None, int | None]:
-    """Mean distance from the landmarks, the person's height, and the image's, px."""
+@dataclass(frozen=True, eq=False)
+class InImage:
+    """Distances of the motion's points from the landmarks, in S frames.
+
+    Attributes:
+        off_px: (S, K); weights: (S, K), zero where not seen.
+        person_px: the person's height in the image, or None; height_px: the image's.
+    """
+
+    off_px: Array
+    weights: Array
+    person_px: float | None
+    height_px: int
+
+    def by_frame(self) -> Array:
+        """Mean of each frame, (S,) px; NaN where nothing is seen."""
+        total = self.weights.sum(axis=1)
+        summed = (self.weights * np.nan_to_num(self.off_px)).sum(axis=1)
+        return np.where(total > 0, summed / np.maximum(total, 1e-12), np.nan)
+
+
+def in_image(run: Reconstruction, kept: Mask) -> InImage | None:
+    """Distances from the landmarks in some frames (T,); None without landmarks or camera."""
     evidence, fit = run.evidence, run.fit
     if fit.camera is None or not evidence.keypoint_names:
-        return None, None, None
+        return None
     points = names.resolve(evidence.keypoint_names)
     known = points != names.IGNORED
     camera = cameras.resampled(fit.camera, fit.times_s, run.motion.times_s[kept])
@@ -96,9 +117,17 @@ def _in_image(run: Reconstruction, kept: Mask) -> tuple[float | None, float | No
     seen, height = evidence.keypoints_px[kept][:, known], camera.lens.image_size_px[1]
     off = np.where(np.isfinite(shown).all(axis=-1), pose.distances(shown, seen), height)  # (S, K) px
     weights = np.where(np.isfinite(seen).all(axis=-1), np.nan_to_num(evidence.scores[kept][:, known]), 0.0)
-    total = float(weights.sum())
-    error = float((weights * np.nan_to_num(off)).sum()) / total if total > 0 else None
-    return error, _person_px(run, camera, kept), height
+    return InImage(off, weights, _person_px(run, camera, kept), height)
+
+
+def _in_image(run: Reconstruction, kept: Mask) -> tuple[float | None, float | None, int | None]:
+    """Mean distance from the landmarks, the person's height, and the image's, px."""
+    found = in_image(run, kept)
+    if found is None:
+        return None, None, None
+    total = float(found.weights.sum())
+    error = float((found.weights * np.nan_to_num(found.off_px)).sum()) / total if total > 0 else None
+    return error, found.person_px, found.height_px
 
 
 def _person_px(run: Reconstruction, camera: Camera, kept: Mask) -> float | None:

@@ -24,7 +24,7 @@ from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
-from simrecon.results import agreement, assumed, contacts, ending, planned, seen_by, verdict
+from simrecon.results import agreement, assumed, by_second, contacts, ending, planned, seen_by, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
@@ -46,8 +46,7 @@ def make(
         seconds: wall time by stage.
         calibration: of a soft floor, or None.
 
-    Returns:
-        By section. What can't be said of this run is None.
+    Returns: by section; what can't be said of this run is None.
     """
     step_s = run.problem.clock.step_s
     sections = {
@@ -77,6 +76,7 @@ def make(
         "agreement": dataclasses.asdict(agreement.make(run)),
         "planned": planned.make(run),
         "gaps": ending.make(run),
+        "by_second": by_second.make(run),
     }
     if calibration is not None:
         sections["soft_floor"] = _soft_floor(calibration)
