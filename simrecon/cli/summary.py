@@ -92,6 +92,7 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     if (off := agreement["input_mean_m"]) is not None:
         beside += f", that {1e3 * off:.0f} mm from the input"
     yield "motion", beside
+    yield from (("plan", note) for note in report.get("planner_notes", []))
     yield from _wishes(report)
     loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
     yield "loss", loss

@@ -9,13 +9,17 @@ from collections.abc import Callable
 
 from simrecon.errors import InputError
 from simrecon.plan import Plan
-from simrecon.planners import none, soft_contact
+from simrecon.planners import centroidal, none, soft_contact
 from simrecon.types import Evidence, KinematicFit, Reference
 
 Planner = Callable[[KinematicFit, Evidence, Plan], Reference]
 """Of the fit, the evidence on the same uniform frames, and the settings; the scene is that of the fit."""
 
-PLANNERS: dict[str, Planner] = {"none": none.plan, "soft_contact": soft_contact.plan}
+PLANNERS: dict[str, Planner] = {
+    "none": none.plan,
+    "soft_contact": soft_contact.plan,
+    "centroidal": centroidal.plan,
+}
 
 
 def names() -> tuple[str, ...]:

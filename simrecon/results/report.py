@@ -75,6 +75,7 @@ def make(
         "camera": seen_by.make(run),
         "agreement": dataclasses.asdict(agreement.make(run)),
         "planned": planned.make(run),
+        "planner_notes": list(run.reference.notes),
         "gaps": ending.make(run),
         "by_second": by_second.make(run),
     }

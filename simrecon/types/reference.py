@@ -65,6 +65,7 @@ class Reference:
         contact_place_m: (T, C, 3) where that acts, or None.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
             zero obeys dynamics; None where the planner knows no dynamics.
+        notes: of the planner, in words: what it could not do, or took otherwise than it was asked.
     """
 
     planner: str
@@ -77,3 +78,4 @@ class Reference:
     contact_force_N: Array | None = None
     contact_place_m: Array | None = None
     root_wrench: Array | None = None
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,176 @@
+"""What the planner `centroidal` plans for: angles, phases, points; nothing here needs its solver."""
+
+from __future__ import annotations
+
+import builtins
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from simrecon import plan, planners
+from simrecon.errors import InputError
+from simrecon.geometry import rotations
+from simrecon.planners.centroidal import euler, unseen
+from simrecon.planners.centroidal.inputs import Inputs, inputs
+from simrecon.planners.centroidal.phases import moved, phases
+from simrecon.planners.centroidal.settings import settings
+from simrecon.types import Array, Evidence, Ground, KinematicFit, Scene, SceneItem
+from tests.support import rigid
+
+TIMES = np.linspace(0.0, 2.0, 41)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2], ids=["cartwheel", "flip", "pirouette"])
+def test_angles_are_continuous_and_safe_whatever_turns(axis: int) -> None:
+    spin = 2 * np.pi * TIMES[:, None] * np.eye(3)[axis]
+    facing = np.array([0.1, -0.2, 1.0])
+    matrices = rotations.matrix(rotations.multiply(rotations.exp(facing), rotations.exp(spin)))
+    angles, axes = euler.angles(matrices)
+    np.testing.assert_allclose(euler.matrix(angles, axes), matrices, atol=1e-12)
+    assert np.abs(np.diff(angles, axis=0)).max() < 1.0
+    assert np.cos(angles[:, 1]).min() > 0.5
+
+
+def test_phases_alternate_and_fill_the_clip() -> None:
+    contact = np.array([1] * 10 + [0] * 1 + [1] * 9 + [0] * 15 + [1] * 6, bool)
+    found = phases(contact, TIMES, 0.07)
+    assert [phase.contact for phase in found] == [True, False, True]  # one frame of flight is noise
+    assert found[0].start_s == 0.0
+    assert found[0].end_s == found[1].start_s == pytest.approx(0.975)
+    assert found[-1].end_s == 2.0
+    assert len(phases(contact, TIMES, 0.0)) == 5
+    later = moved(found, np.array([1.0, 1.6]))
+    assert [phase.end_s for phase in later] == [1.0, 1.6, 2.0]
+
+
+def made(fit: KinematicFit) -> Inputs:
+    return inputs(fit, settings())
+
+
+def test_inertia_and_centre_are_those_of_the_body() -> None:
+    fit = rigid.jump()
+    found = made(fit)
+    model = mujoco.MjModel.from_xml_string(fit.body.mjcf)
+    data = mujoco.MjData(model)
+    data.qpos[:] = fit.qpos[0]
+    mujoco.mj_forward(model, data)
+    expected = np.zeros((3, 3))
+    for body in range(1, model.nbody):
+        axes, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - data.subtree_com[1]
+        expected += axes @ np.diag(model.body_inertia[body]) @ axes.T
+        expected += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    np.testing.assert_allclose(found.inertia[0], expected, atol=1e-4)
+    np.testing.assert_allclose(found.com_m, fit.com_m, atol=1e-5)
+    assert found.mass_kg == pytest.approx(rigid.MASS_KG)
+
+
+def test_feet_have_four_points_in_two_pairs_that_legs_reach() -> None:
+    found = made(rigid.jump())
+    assert [target.point.name for target in found.targets] == list(rigid.FEET)
+    assert found.pairs == ((0, 1), (2, 3))
+    for target in found.targets:
+        hip = found.com_m + target.anchor_m  # the root does not turn
+        assert (np.linalg.norm(target.place_m - hip, axis=1) < target.point.reach_m).all()
+        assert [phase.contact for phase in target.touching.phases] == [True, False, True]
+        np.testing.assert_allclose(target.place_m[0, 2], 0.0, atol=1e-3)
+
+
+def test_labels_that_contradict_the_floor_are_dropped_and_said() -> None:
+    high = rigid.fit(np.tile([0.0, 0.0, 0.25], (30, 1)), np.ones(30))
+    found = made(high)
+    assert all(not phase.contact for target in found.targets for phase in target.touching.phases)
+    assert len(found.notes) == len(rigid.FEET)
+    assert "left toe: labelled as in contact at 0.00 to 0.97 s, but up to 25 cm" in found.notes[0]
+    assert not made(rigid.jump()).notes
+
+
+def test_hands_that_touch_are_points_too() -> None:
+    fit = rigid.jump()
+    assert fit.contacts is not None
+    probability = fit.contacts.probability.copy()
+    probability[:5, fit.contacts.parts.index("left_hand")] = 1.0
+    found = made(replace(fit, contacts=replace(fit.contacts, probability=probability)))
+    hand = found.targets[-1]
+    assert hand.point.name == "left_hand"
+    assert hand.point.anchor == fit.body.skeleton.names.index("left_shoulder")
+    assert "left hand" in found.notes[0]  # it is a metre above the floor
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ground": Ground(stiffness_Npm=2e4, damping_Nspm=500.0)}, "floor is compliant"),
+        ({"frames": 4}, "found 4 frames; valid: 6 or more"),
+    ],
+)
+def test_what_it_cannot_plan_is_refused_in_a_line(change: dict[str, Any], words: str) -> None:
+    fit = rigid.jump()
+    if "ground" in change:
+        fit = replace(fit, scene=Scene(ground=change["ground"]))
+    else:
+        fit = rigid.fit(np.zeros((change["frames"], 3)), np.ones(change["frames"]))
+    with pytest.raises(InputError, match=words) as caught:
+        planned(fit)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_the_extra_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name == "casadi":
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setitem(__import__("sys").modules, "casadi", None)
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(InputError, match=r"planner centroidal needs casadi: .*\[centroidal\]"):
+        planned(rigid.jump())
+
+
+def test_a_foot_that_is_never_seen_is_said() -> None:
+    times = np.arange(3) / 30
+    known = ("left_ankle", "right_ankle", "nose")
+    scores = np.array([[0.9, 0.0, 0.9]] * 3)
+    seen = replace(nothing_seen(times), keypoint_names=known, keypoints_px=np.zeros((3, 3, 2)), scores=scores)
+    assert unseen.feet(seen) == ("the right foot is never seen; its contacts are guessed from the pose",)
+    assert unseen.feet(replace(seen, scores=np.full((3, 3), 0.9))) == ()
+    joints = replace(seen, joint_names=("right_heel",), joints_m=np.zeros((3, 1, 3)))
+    assert unseen.feet(joints) == ()
+    assert len(unseen.feet(nothing_seen(times))) == 2
+
+
+def test_who_does_not_fall_is_carried_by_what_is_lowest() -> None:
+    hover = rigid.fit(np.tile([0.0, 0.0, 0.03], (30, 1)), np.zeros(30))
+    found = made(hover)
+    assert all(phase.contact for target in found.targets for phase in target.touching.phases)
+    assert "nothing is labelled as in contact in 30 frames at 0.00 to 0.97 s" in found.notes[0]
+    high = made(rigid.fit(np.tile([0.0, 0.0, 0.3], (30, 1)), np.zeros(30)))
+    assert not any(phase.contact for target in high.targets for phase in target.touching.phases)
+
+
+def test_a_sole_beside_a_beam_stands_on_its_top() -> None:
+    """The middle of the sole hangs over the edge: nearest to it is the edge, whose normal is oblique."""
+    beam = SceneItem("beam", "box", (0.0, 0.13, 0.0), {"size_m": (4.0, 0.02, 0.06)})
+    fit = rigid.fit(
+        np.tile([0.0, 0.0, 0.06], (20, 1)), np.array([[1, 1, 0, 0]] * 20), scene=Scene(items=(beam,))
+    )
+    plane = made(fit).targets[0].touching.planes[0]
+    np.testing.assert_allclose(plane.normal, [0.0, 0.0, 1.0], atol=1e-9)
+    assert plane.height_m == pytest.approx(0.06, abs=1e-6)
+
+
+def planned(fit: KinematicFit) -> Any:
+    return planners.plan("centroidal", fit, nothing_seen(fit.times_s), plan.read("quick"))
+
+
+def nothing_seen(times_s: Array) -> Evidence:
+    """Evidence of a person of whom only the fit is known."""
+    count = len(times_s)
+    return Evidence(
+        times_s=times_s, keypoint_names=(), keypoints_px=np.zeros((count, 0, 2)), scores=np.zeros((count, 0)),
+        joint_names=(), joints_m=np.zeros((count, 0, 3)), joints_frame="world",
+    )  # fmt: skip
