@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK, SIMULATED
 from simrecon.results import agreement, assumed, by_second, contacts, ending, planned, seen_by, verdict
 from simrecon.results.folder import MOTION, SCHEMA
+from simrecon.results.plain import plain
 from simrecon.sim.address import locate
 from simrecon.sim.poses import posed
 from simrecon.softfloor import Calibration
@@ -81,7 +81,7 @@ def make(
     }
     if calibration is not None:
         sections["soft_floor"] = _soft_floor(calibration)
-    content = {key: _plain(value) for key, value in sections.items()}
+    content = {key: plain(value) for key, value in sections.items()}
     return {**content, "verdict": verdict.judge(content)}
 
 
@@ -236,16 +236,3 @@ def _points_seen(evidence: Evidence) -> float | None:
 def _median(values: Array) -> float | None:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if known.size else None
-
-
-def _plain(value: Any) -> Any:
-    """The value as JSON knows it: lists for arrays, None for what is not a finite number."""
-    if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
