@@ -16,11 +16,14 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from simrecon.calls import rerun, retarget, suggest
     from simrecon.contact.wishes import read as read_contacts
+    from simrecon.evaluation.scores import score as evaluate
     from simrecon.evidence import from_arrays as evidence_from_arrays
     from simrecon.evidence import read as read_evidence
     from simrecon.evidence import write as write_evidence
     from simrecon.exports import export
+    from simrecon.exports.picture import write as picture
     from simrecon.job import Job, Person, Reading
     from simrecon.observer import Observer
     from simrecon.pipeline import Reconstruction, Setup, reconstruct
@@ -44,15 +47,20 @@ __all__ = [
     "Scene",
     "Setup",
     "__version__",
+    "evaluate",
     "evidence_from_arrays",
     "export",
     "open_result",
+    "picture",
     "read_contacts",
     "read_evidence",
     "read_plan",
     "read_scene",
     "reconstruct",
+    "rerun",
+    "retarget",
     "run",
+    "suggest",
     "write_evidence",
 ]
 
@@ -69,15 +77,20 @@ _PLACES = {
     "Result": "results",
     "Scene": "types",
     "Setup": "pipeline",
+    "evaluate": "evaluation.scores:score",
     "evidence_from_arrays": "evidence:from_arrays",
     "export": "exports",
     "open_result": "results",
+    "picture": "exports.picture:write",
     "read_contacts": "contact.wishes:read",
     "read_evidence": "evidence:read",
     "read_plan": "plan:read",
     "read_scene": "scene:read",
     "reconstruct": "pipeline",
+    "rerun": "calls",
+    "retarget": "calls",
     "run": "running",
+    "suggest": "calls",
     "write_evidence": "evidence:write",
 }
 """Module of each public name, and its name there if it has another one."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from simrecon.cli import options
 from simrecon.cli.stages import Stages
 from simrecon.errors import InputError, printable
-from simrecon.job import Job, inputs
+from simrecon.job import Job, inputs, request
 from simrecon.job.text import options as job_options
 from simrecon.job.text import with_options
 from simrecon.results import folder, open_result
@@ -51,7 +51,7 @@ def job(parsed: argparse.Namespace, path: str | None) -> Job:
     own = {option.name for option in job_options() if option.section or option.name == "video"}
     before = _of_result(path) if is_result(path) else Job(path, "")
     asked = with_options(before, {name: value for name, value in given.items() if name in own})
-    if options.detected_by(before) != options.detected_by(asked):
+    if request.detected_by(before) != request.detected_by(asked):
         asked = replace(asked, detected=None)
     return asked
 

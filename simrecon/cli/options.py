@@ -14,7 +14,7 @@ from simrecon.cli.arguments import Parser
 from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.io.messages import hint
-from simrecon.job import Job, Reading, request
+from simrecon.job import Job, request
 from simrecon.job.text import Option, defaults, options, with_options
 
 _DASHED = re.compile(r"-([xyz]$|\.?\d)")
@@ -128,18 +128,13 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     said = given(parsed)
     values = defaults(getattr(parsed, "forget", None) or ()) | said
     again = with_options(replace(job, **changes), values)
-    if _FILES & set(said) or detected_by(job) != detected_by(again):
+    if _FILES & set(said) or request.detected_by(job) != request.detected_by(again):
         again = replace(again, detected=None)
     if again.start is not None and again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
         again = replace(again, start=None)
     meshes = () if parsed.scene is None else request.meshes_of(again)
     return request.taken_anew(again, (*values, *meshes))
-
-
-def detected_by(job: Job) -> Reading:
-    """What the landmarks that are kept of a video depend on."""
-    return replace(job.reading, ignore=(), trust=None)
 
 
 def _add(group: Any, option: Option, text: str) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from simrecon import results
+from simrecon import calls, results
 from simrecon.cli import arguments, options
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import execute
 from simrecon.errors import InputError
-from simrecon.job import Job, Person
+from simrecon.job import Person
 from simrecon.job.text import options as job_options
 
 
@@ -29,9 +29,7 @@ def add(commands: Any) -> None:
 
 def _retarget(parsed: argparse.Namespace) -> int:
     result = results.open_result(parsed.result)
-    known = result.job.sha256 if result.scene.items else {}  # of the meshes
-    job = Job(parsed.result, parsed.output, scene=result.scene, plan=result.plan, retarget=True, sha256=known)
-    job = options.apply(parsed, job)
+    job = options.apply(parsed, calls.retarget_job(result, parsed.output))
     if job.person == Person():
         flags = [option.flag for option in job_options() if option.section == "person"]
         raise InputError(f"retarget: found no other body; valid: one or more of {', '.join(flags)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from simrecon import kinematics, plan
+from simrecon import calls, kinematics, plan
 from simrecon import scene as scenes
 from simrecon.cli import observing
 from simrecon.drawing import stage, video
@@ -74,13 +74,12 @@ def propose(options: argparse.Namespace) -> int:
     scene = scenes.read(options.scene) if options.scene else Scene()
     asked = observing.job(options, options.evidence)
     seen = observing.observe(asked)
-    metric = seen.height_m is not None or seen.joints_frame == "world"
-    if not metric:
+    if not calls.has_size(seen):
         print(
             "# the person's height is not given, and one camera cannot tell small and near from tall and far:"
         )
         print("# only seats can be found, not beams and steps under the feet; --height-m helps")
-    fit = _floating(asked, seen, scene) if metric else _fitted(asked, seen, scene)
+    fit = calls.unsupported(seen, scene, asked.person)
     suggestions = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
     for entry in suggestions:
         spans = ", ".join(f"{a}-{b}" for a, b in entry.spans)
@@ -102,12 +101,6 @@ def _fitted(asked: Job, seen: Evidence, scene: Scene) -> KinematicFit:
     """Kinematic fit to the evidence as `run` makes it."""
     shape = inputs.shape_of(asked.person)
     return kinematics.fit(resample(seen)[0], scene, plan.read(PLAN).kinematics, shape)
-
-
-def _floating(asked: Job, seen: Evidence, scene: Scene) -> KinematicFit:
-    """Kinematic fit in which nothing but their size in the image says how far off the feet are."""
-    weights = kinematics.floating(plan.read(PLAN).kinematics)
-    return kinematics.fit_to_stature(resample(seen)[0], scene, weights, inputs.shape_of(asked.person))
 
 
 def listed(scene: Scene) -> str:

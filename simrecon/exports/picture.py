@@ -10,7 +10,7 @@ import numpy as np
 from simrecon.drawing import overlay, video
 from simrecon.errors import InputError
 from simrecon.replay import SIMULATED
-from simrecon.results import open_result
+from simrecon.results import Result, open_result
 from simrecon.types import IntArray, Motion
 
 WORDS = ("lowest", "highest", "hardest")
@@ -18,11 +18,11 @@ WORDS = ("lowest", "highest", "hardest")
 TILE_PX = 480
 
 
-def write(result: Path | str, target: Path | str, at: Sequence[str]) -> IntArray:
+def write(result: Result | Path | str, target: Path | str, at: Sequence[str | float] = WORDS) -> IntArray:
     """Write a PNG of a result's frames, side by side.
 
     Args:
-        result: folder.
+        result: opened, or its folder.
         target: file, `.png`.
         at: seconds, or one of `WORDS`, each.
 
@@ -34,9 +34,9 @@ def write(result: Path | str, target: Path | str, at: Sequence[str]) -> IntArray
     """
     if Path(target).suffix.lower() != ".png":
         raise InputError(f"{target}: is no .png; valid: a name that ends in .png")
-    opened = open_result(result)
+    opened = result if isinstance(result, Result) else open_result(result)
     motion = opened.motion
-    chosen = np.array([frame(motion, word) for word in at])
+    chosen = np.array([frame(motion, str(when)) for when in at])
     video.write_image(target, overlay.sheet(opened.animation(), tile_px=TILE_PX, frames=chosen))
     return chosen
 

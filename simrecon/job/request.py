@@ -121,6 +121,11 @@ def taken_anew(job: Job, names: Iterable[str]) -> Job:
     return replace(job, sha256={path: digest for path, digest in job.sha256.items() if path not in places})
 
 
+def detected_by(job: Job) -> Reading:
+    """What the landmarks that are kept of a video depend on."""
+    return replace(job.reading, ignore=(), trust=None)
+
+
 def meshes_of(job: Job) -> tuple[str, ...]:
     """What `files` calls the meshes of the scene."""
     return tuple(name for name in files(job) if name.startswith("mesh "))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,7 +19,8 @@ from simrecon.errors import InputError
 from simrecon.job import Job
 from simrecon.plan import Plan
 from simrecon.results import folder as folders
-from simrecon.results import motion_file, report_file
+from simrecon.results import motion_file, plots, report_file
+from simrecon.results.plots import Plots
 from simrecon.sim import models
 from simrecon.sim.state import state_size
 from simrecon.types import Body, Motion, Report, Scene
@@ -94,6 +96,25 @@ class Result:
     def animation(self) -> overlay.Animation:
         """What is drawn of the motion: the body in its scene, with the forces on it."""
         return overlay.Animation.of(self.model, self.motion)
+
+    @cached_property
+    def plot(self) -> Plots:
+        """Curves over time: `plot.forces()`, `plot.contacts()`, `plot.angles()` (extra `plot`)."""
+        return Plots(self.motion, self.body)
+
+    def to_pandas(self) -> Any:
+        """The motion as a pandas `DataFrame` (extra `plot`), one row a frame, times in s as the index.
+
+        Columns are named by what they hold and its unit: `com_x_m`, `root_z_m`, `left_knee_y_rad` (rotation
+        vector of a joint from the middle of its range), `left_toe_z_m` (landmark), `left_knee_y_Nm` (torque
+        of a motor), `grf_z_N`, `left_foot_force_z_N` and `left_foot_centre_x_m` (of the scene on a part), and
+        `simulated`, whether the frame is simulated.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        names = [self.model.actuator(row).name for row in range(self.model.nu)]
+        return plots.table(self.motion, self.body, names)
 
     @cached_property
     def job(self) -> Job:
