@@ -69,11 +69,11 @@ def retarget(
     """Put the kinematic motion of a finished result on another body, and simulate it.
 
     Args:
-        result: opened, or its folder.
-        output: folder of the new result.
+        result: whose motion it is, or its folder.
+        output: as of `rerun`.
         person: the other body: what of it is not given is as before.
-        observer: as of `run`.
-        overwrite: as of `run`.
+        observer: is told of the progress.
+        overwrite: replace a better result too.
         changes: fields of the `Job` that are to be others, such as `plan`.
 
     Raises:
