@@ -19,6 +19,7 @@ COMMANDS = {
     "contacts": ("contacts", "write what touched in a result, as a start for editing"),
     "bench": ("bench", "run a suite of clips and make its tables"),
     "batch": ("batch", "run many clips, one after another or side by side"),
+    "doctor": ("doctor", "look what is installed, and what to type for what is missing"),
     "models": ("weights", "weights of the pose network, for videos"),
     "studio": ("studio", "look at a result in the browser, edit scene and contacts, and run again"),
     "completion": ("completion", "print what makes a shell complete commands and options"),
