@@ -80,8 +80,8 @@ class Studio:
         gui.set_panel_label("simrecon studio")
         first = OpenPanel(gui, self.session, self._stage, reading)
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Scene"):
-            scene = ScenePanel(gui, self.session, self._stage)
+        with tabs.add_tab("Scene") as home:
+            scene = ScenePanel(gui, self.session, self._stage, home)
         with tabs.add_tab("Floor"):
             floor = FloorPanel(gui, self.session, self._stage)
         with tabs.add_tab("Run"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -109,6 +109,15 @@ class Document:
         """Take up a state that was kept elsewhere."""
         scene = scenes.parse(edits.scene, self.where)
         self._push(edits, scene, "")
+
+    def take_up(self, states: Sequence[Edits]) -> int:
+        """Take up the states of an earlier studio, and return how many; none that came to nothing."""
+        first = self._saved
+        if not states or (states[-1].scene, states[-1].wishes) == (first.scene, first.wishes):
+            return 0
+        for edits in states:
+            self.restore(edits)
+        return len(states)
 
     def item(self, name: str) -> SceneItem:
         """An item by name.

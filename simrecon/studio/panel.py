@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,8 @@ from simrecon.studio.session import Session
 from simrecon.studio.stage import Stage
 from simrecon.studio.tab import Tab
 
+HALF_WRITTEN_S = 1.2
+"""So long a field may hold what is not valid, before that is said."""
 Event = Any
 """Of viser: its `client` is None where the studio itself has set a value."""
 
@@ -50,6 +53,26 @@ class Panel:
                 self.refresh("refused")
 
         return act
+
+    def changing(self, function: Callable[[Event], None]) -> Callable[[Event], None]:
+        """As `doing`, of a field that is typed into: what is not valid yet may only be half written."""
+
+        def act(event: Event) -> None:
+            if event.client is None:
+                return
+            try:
+                with self.session.lock:
+                    function(event)
+            except SimreconError as error:
+                threading.Timer(HALF_WRITTEN_S, self._refuse, (event, event.target.value, str(error))).start()
+
+        return act
+
+    def _refuse(self, event: Event, value: Any, words: str) -> None:
+        """Say what was not valid, if it still stands there."""
+        if event.target.value == value:
+            say(event.client, words)
+            self.refresh("refused")
 
     def button(self, label: str, function: Callable[[Event], None], **looks: Any) -> Any:
         """A button that does something."""

@@ -28,7 +28,7 @@ class ItemFields:
         Args:
             gui: viser's.
             item: whose fields they are.
-            doing: makes a callback.
+            doing: makes a callback of a field.
             change: is called with name and keys.
         """
         self.name, self._gui, self._doing, self._change = item.name, gui, doing, change

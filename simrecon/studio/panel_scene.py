@@ -25,8 +25,10 @@ SOFT_NPM, SOFT_NSPM = 20000.0, 400.0
 class ScenePanel(Panel):
     """Items, the one that is chosen, and suggestions."""
 
-    def __init__(self, gui: Any, session: Session, stage: Stage) -> None:
+    def __init__(self, gui: Any, session: Session, stage: Stage, home: Any) -> None:
+        """Build it in a tab of the page, `home`."""
         super().__init__(gui, session, stage)
+        self._home = home
         self._needed: Needed | None = None
         self._fields: ItemFields | None = None
         self._inside = gui.add_markdown("")
@@ -35,18 +37,18 @@ class ScenePanel(Panel):
         self.button("Add at the person", self._put, color="blue")
         self._item = gui.add_dropdown("item", [_NONE], initial_value=_NONE)
         self._item.on_update(self.doing(lambda _: self._choose()))
-        with gui.add_folder("Snap"):
+        self._folder = gui.add_folder("The item")
+        self._order = self._folder.order
+        with gui.add_folder("Snap", expand_by_default=False):
             snap = gui.add_checkbox("to 1 cm and 5°", True)
             snap.on_update(self.doing(lambda event: self._snap(event.target.value)))
             floor = gui.add_checkbox("to the floor", True)
             floor.on_update(self.doing(lambda event: self._to_floor(event.target.value)))
             self.button("To what the motion suggests", self._to_suggestion)
-        self._folder = gui.add_folder("The item")
         with gui.add_folder("What the motion needs", expand_by_default=False):
             self.button("Suggest", self._suggest)
             self._says = gui.add_markdown("")
             self._take = self.button("Add what is suggested", self._take_all, visible=False)
-        self.refresh("tab")
 
     def refresh(self, what: str) -> None:
         """See `Panel`."""
@@ -73,13 +75,18 @@ class ScenePanel(Panel):
             return
         self._folder.remove()
         self._fields = None
-        self._folder = self.gui.add_folder(f"Item {name}" if name else "No item is chosen")
+        self._folder = self._container(f"Item {name}" if name else "No item is chosen")
         with self._folder:
             if not name:
                 self.gui.add_markdown("Click an item in the view, or choose it above.")
                 return
-            self._fields = ItemFields(self.gui, self.tab.document.item(name), self.doing, self._change)
+            self._fields = ItemFields(self.gui, self.tab.document.item(name), self.changing, self._change)
             self.button("Remove", lambda _: self.tab.document.remove(name), color="red")
+
+    def _container(self, label: str) -> Any:
+        """A folder in the place of the one before, in the panel's own tab."""
+        with self._home:
+            return self.gui.add_folder(label, order=self._order)
 
     def _change(self, name: str, values: Mapping[str, Any]) -> None:
         self.tab.document.set(name, values, merge=",".join(values))
@@ -200,7 +207,7 @@ class FloorPanel(Panel):
 
     def _number(self, label: str, value: float, step: float, keys: Any) -> Any:
         field = self.gui.add_number(label, value, step=step)
-        field.on_update(self.doing(lambda event: self._set(keys(float(event.target.value)))))
+        field.on_update(self.changing(lambda event: self._set(keys(float(event.target.value)))))
         return field
 
     def _set(self, values: Mapping[str, Any]) -> None:

@@ -112,6 +112,8 @@ class Server:
         path = request.path.partition("?")[0]
         if path.startswith(PAGE):
             return pages.page(path.removeprefix(PAGE))
+        if "Accept-Encoding" in request.headers:  # to compress the page takes longer than to send it
+            del request.headers["Accept-Encoding"]
         response = process_request(connection, request)
         if path in ("/", "/index.html") and response is not None:
             response = pages.with_bar(response)

@@ -88,9 +88,7 @@ class Tab:
             scene = scenes.dumps(base.scene) if scene is None else scene
             wishes = base.job.contacts if wishes is None else wishes
         self.document = Document(scenes.dumps(Scene()) if scene is None else scene, wishes or (), where)
-        self.restored = len(kept := self.journal.kept())
-        for edits in kept:
-            self.document.restore(edits)
+        self.restored = self.document.take_up(self.journal.kept())
         self.document.on_change = self._edited
         self.check()
 

@@ -176,6 +176,14 @@ def test_edits_of_a_studio_that_was_killed_are_there_again(squat: Result, tab: T
     assert again.document.scene.ground.friction.sliding == 0.9
 
 
+def test_edits_that_came_to_nothing_are_not_taken_up(squat: Result, tab: Tab, open_tab: Open) -> None:
+    tab.document.add("chair", (2.0, 0.0, 0.0))
+    tab.document.undo()
+    tab.close()
+    again = open_tab(squat.folder, squat)
+    assert (again.restored, again.unsaved, again.document.undoes) == (0, False, "")
+
+
 def test_a_run_that_was_left_is_found_again(squat: Result, tab: Tab, plan_file: Path, open_tab: Open) -> None:
     done(tab, Wanted(str(plan_file)))
     tab.close()

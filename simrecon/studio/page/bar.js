@@ -31,7 +31,9 @@
     <button id="studio-undo" title="undo (Ctrl+Z)">Undo</button>
     <button id="studio-redo" title="redo (Ctrl+Y)">Redo</button>
     <span class="grow" id="studio-words"></span></div>
-    <canvas id="studio-canvas" aria-label="time, vertical force, height of the pelvis, and contacts"></canvas>`;
+    <div id="studio-strip"><canvas id="studio-canvas"
+      aria-label="time, vertical force, height of the pelvis, and contacts"></canvas><div id="studio-cursor"></div>
+    </div>`;
   const find = (id) => bar.querySelector(`#studio-${id}`);
   const canvas = find("canvas"), pen = canvas.getContext("2d");
 
@@ -75,8 +77,20 @@
       const y = drag.row === null ? 0 : top() + drag.row * rowHeight();
       pen.fillRect(x(Math.min(drag.from, drag.to)), y, Math.abs(x(drag.to) - x(drag.from)), drag.row === null ? h : rowHeight());
     }
-    pen.fillStyle = INK;
-    pen.fillRect(x(time.t) - 0.75, 0, 1.5, h);
+    cursor();
+  }
+
+  // The cursor is an element of its own: what is below it is drawn again only where it has changed.
+  function cursor() {
+    find("cursor").style.transform = `translateX(${x(time.t) - 0.75}px)`;
+    const row = clip.times.length ? nearest(clip.times, time.t) : 0;
+    const at = (curves, name, unit, digits) => {
+      const value = curves && curves[name] && curves[name][nearest(curves.times, time.t)];
+      return value === null || value === undefined ? "" : `, ${value.toFixed(digits)} ${unit}`;
+    };
+    const b = clip.b ? `; B${at(clip.b, "force", "N", 0)}${at(clip.b, "height", "m", 2)}`.replace("B,", "B") : "";
+    find("time").textContent = `${time.t.toFixed(2)} s, frame ${row} of ${clip.times.length}`
+      + at(clip, "force", "N", 0) + at(clip, "height", "m", 2) + (b === "; B" ? "" : b);
   }
 
   function ruler(w) {
@@ -99,12 +113,6 @@
     let low = Math.min(...values), high = Math.max(...values);
     if (fromZero) low = Math.min(0, low);
     if (high - low < 1e-6) high = low + 1;
-    const row = nearest(clip.times, time.t), value = own && own[row];
-    if (value !== null && value !== undefined) { pen.fillStyle = A; pen.fillText(value.toFixed(fromZero ? 0 : 2), 0, y + 24); }
-    if (clip.b && other) {
-      const v = other[nearest(clip.b.times, time.t)];
-      if (v !== null && v !== undefined) { pen.fillStyle = B; pen.fillText(v.toFixed(fromZero ? 0 : 2), 46, y + 24); }
-    }
     pen.fillStyle = "#8b93a0"; pen.textAlign = "right";
     pen.fillText(high.toFixed(fromZero ? 0 : 2), LEFT - 4, y + 5); pen.fillText(low.toFixed(fromZero ? 0 : 2), LEFT - 4, y + PLOT - 4);
     line(clip.times, own, A); if (clip.b) line(clip.b.times, other, B);
@@ -154,8 +162,6 @@
     find("play").textContent = time.playing ? "Stop" : "Play";
     find("play").setAttribute("aria-pressed", String(time.playing));
     find("speed").value = String(time.speed);
-    const row = clip.times.length ? nearest(clip.times, time.t) : 0;
-    find("time").textContent = `${time.t.toFixed(2)} s, frame ${row} of ${clip.times.length}`;
     for (const button of bar.querySelectorAll(".brush")) {
       button.setAttribute("aria-pressed", String(button.dataset.brush === brush));
     }
@@ -186,8 +192,8 @@
   canvas.addEventListener("pointermove", (event) => {
     if (!drag) return;
     drag.to = at(event.clientX - canvas.getBoundingClientRect().left);
-    if (drag.kind === "scrub") { time.t = drag.to; seek(drag.to); }
-    requestAnimationFrame(draw);
+    if (drag.kind === "scrub") { time.t = drag.to; seek(drag.to); cursor(); }
+    else requestAnimationFrame(draw);
   });
   const end = () => {
     if (!drag) return;
@@ -233,9 +239,12 @@
       const said = JSON.parse(event.data);
       if (said.type === "clip") clip = said;
       else if (said.type === "time") {
+        const only = said.playing === time.playing && said.speed === time.speed
+          && JSON.stringify(said.loop) === JSON.stringify(time.loop);
         if (!drag || drag.kind !== "scrub") time = said; else time = { ...said, t: drag.to };
         sent = 0;
         if (waiting !== null) seek(waiting);
+        if (only) { cursor(); return; }
       } else if (said.type === "state") state = said;
       else if (said.type === "refused") refused = said.words;
       show();

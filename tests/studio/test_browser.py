@@ -1,0 +1,134 @@
+"""The stories of the studio in a real browser; the pictures are those of docs/studio.md."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simrecon import cli
+from simrecon import scene as scenes
+from simrecon.geometry import rotations
+from simrecon.studio.session import Session
+from tests.support import browser
+from tests.support.browser import Page
+
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]
+GRIP_M = 0.6
+"""Where an arrow of the gizmo is grabbed, from its middle."""
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Iterator[Page]:
+    with browser.page(tmp_path / "profile") as shown:
+        yield shown
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The demo, solved quickly."""
+    folder = tmp_path_factory.mktemp("demo") / "demo"
+    assert cli.main(["demo", "--plan", "quick", "-o", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture
+def shots(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    """Where pictures go: `SIMRECON_SHOTS` keeps them."""
+    import os
+
+    folder = Path(os.environ.get("SIMRECON_SHOTS", tmp_path)) / str(request.node.name)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def in_page(studio: Any, point_m: Any) -> tuple[float, float]:
+    """Where a point of the world is in the page, as the browser's camera has it."""
+    (client,) = studio._server.viser.get_clients().values()
+    eye = client.camera
+    local = rotations.matrix(np.asarray(eye.wxyz)[None])[0].T @ (np.asarray(point_m) - eye.position)
+    scale = eye.image_height / 2 / np.tan(eye.fov / 2)
+    return (
+        float(eye.image_width / 2 + scale * local[0] / local[2]),
+        float(eye.image_height / 2 + scale * local[1] / local[2]),
+    )
+
+
+def drag_along(page: Page, studio: Any, name: str, axis: int, by_m: float) -> None:
+    """Drag an item by an arrow of the gizmo."""
+    start = np.array(studio.session.current.document.item(name).position_m)
+    along = np.eye(3)[axis]
+    grip = start + GRIP_M * along
+    places = [in_page(studio, grip + share * by_m * along) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    page.drag(*places)
+    page.until(
+        lambda: (
+            np.abs(np.subtract(studio.session.current.document.item(name).position_m, start)).max() > 0.05
+        ),
+        f"{name} to move",
+    )
+
+
+def test_a_bench_under_the_person(
+    page: Page, demo: Path, tmp_path: Path, shots: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Open the demo, add a bench, drag it under the person, see the penetration go, run, compare, save."""
+    from simrecon.studio.app import Studio
+
+    monkeypatch.chdir(demo.parent)
+    session = Session()
+    session.open(Path("demo"))
+    studio = Studio(session)
+    try:
+        page.open(f"{studio.address}&fixedDpr=1")
+        page.until(lambda: session.current and session.current.seen, "the camera")
+        page.until(studio._server.viser.get_clients, "viser's page")
+        time.sleep(2.0)
+        page.dismiss()
+        page.shot(shots / "open.png")
+        page.press("Add at the person")
+        page.until(lambda: "bench" in page.inside(), "the bench to be inside")
+        time.sleep(1.0)
+        page.shot(shots / "bench.png")
+        drag_along(page, studio, "bench", 1, -1.4)
+        page.until(lambda: "bench" not in page.inside(), "the penetration to go")
+        time.sleep(1.0)
+        page.shot(shots / "aside.png")
+        page.fill("size, m", "0.02", 2)
+        page.until(lambda: session.current.document.item("bench").parameters["size_m"][2] == 0.02, "the size")  # type: ignore[union-attr,index]
+        drag_along(page, studio, "bench", 1, 1.4)
+        time.sleep(1.0)
+        page.shot(shots / "under.png")
+        assert "bench" not in page.inside()
+        page.turn_to("Run")
+        page.press("Run")
+        page.until(lambda: page.says("windows"), "progress")
+        page.shot(shots / "running.png")
+        page.until(lambda: session.current and session.current.after, "the run", 300.0)
+        page.until(lambda: page.says(" better, "), "the table")
+        page.script("document.querySelector('#studio-canvas').scrollIntoView()")
+        session.player.seek(0.9)
+        studio._wake()
+        time.sleep(2.0)
+        page.shot(shots / "compare.png")
+        page.turn_to("Save")
+        page.fill("scene", "room.toml")
+        page.press("Save scene")
+        page.fill("job", "job.toml")
+        page.press("Save job")
+        browser.wait_for(demo.parent / "job.toml")
+        time.sleep(1.0)
+        page.shot(shots / "save.png")
+        assert scenes.read(demo.parent / "room.toml").items[-1].name == "bench"
+        assert session.current is not None
+        assert session.current.after is not None
+        first = session.current.after.result.folder / "motion.npz"
+        again = tmp_path / "again"
+        assert cli.main(["run", "--job", str(demo.parent / "job.toml"), "-o", str(again)]) in (0, 3)
+        assert first.read_bytes() == (again / "motion.npz").read_bytes()
+    finally:
+        studio.stop()
