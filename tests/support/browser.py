@@ -137,12 +137,11 @@ class Page:
 
     def turn_to(self, label: str) -> None:
         """Turn to a tab of the panel."""
-        self.script(
-            "const found = [...document.querySelectorAll('[role=tab]')]"
+        find = (
+            "return [...document.querySelectorAll('[role=tab]')]"
             ".find((b) => b.textContent.trim() === arguments[0]);"
-            "if (!found) throw new Error('no tab ' + arguments[0]); found.click();",
-            label,
         )
+        self.until(lambda: self.script(find, label), f"a tab {label}").click()
 
     def fill(self, label: str, text: str, which: int = 0) -> None:
         """Write into a field; `which` of a vector's three."""
