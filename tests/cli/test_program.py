@@ -131,7 +131,7 @@ def completed(*words: str) -> list[str]:
 
 
 def test_bash_completes_commands_options_and_words() -> None:
-    assert completed("re") == ["rerun", "retarget"]
+    assert completed("re") == ["rerun", "retarget", "report"]
     assert completed("run", "clip.npz", "--pla") == ["--plan", "--planner"]
     assert completed("run", "clip.npz", "--plan", "") == list(plan.names())
     assert completed("run", "--up", "-") == ["-x", "-y", "-z"]

@@ -36,6 +36,7 @@ NOT_RUN = {
     r"(\.|source) ": "enters an environment",
     r"python -m pytest$": "is what runs this",
     r"simrecon models fetch$": "fetches weights from a network",
+    r"simrecon export .* --to usd$": "needs an extra",
     r"simrecon batch .* --scheduler ": "needs a cluster",
     r"python -m tools\.ops\.slurm_batch ": "needs Slurm",
     r"simrecon bench [a-z]+ --data DIR ": "takes hours, on clips of one's own",

@@ -134,7 +134,7 @@ def residual(view: ResultView) -> float:
 
 
 @pytest.mark.slow
-def test_inverse_dynamics_in_opensim_needs_no_residual(
+def test_opensim_finds_the_pose_and_needs_no_residual(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the root, where no motor acts: at most 5 % of body weight, and that times a metre."""
@@ -148,6 +148,12 @@ def test_inverse_dynamics_in_opensim_needs_no_residual(
     span_s = float(view.times_s[-1] - view.times_s[0])
     found = osim.inverse_dynamics(opensim, tmp_path, tmp_path / "forces.xml", -1.0, span_s)
     weight_N = 9.81 * view.body.mass_kg
+    (markers,) = exports.export(view.result, ("trc",), tmp_path, fps=60.0, cutoff_hz=8.0)
+    names = view.body.skeleton.point_names
+    off_m = osim.inverse_kinematics(opensim, tmp_path, markers, names, span_s)
+    print(f"markers: {1e3 * off_m.max():.2f} mm off at most")
+    assert len(off_m) == len(view.times_s)
+    assert off_m.max() < 1e-3
     for word, unit in (("t", "force"), ("r", "moment")):
         root = np.stack([found[f"pelvis_{word}{axis}_{unit}"] for axis in "xyz"], axis=1)
         share = np.linalg.norm(root[2:-2], axis=1).mean() / weight_N

@@ -37,6 +37,11 @@ def model(opensim: Any, body: Body, path: Path) -> None:
         zero = opensim.Vec3(0)
         axes = _axes(opensim, name, 6 if parent < 0 else 3)
         made.addJoint(opensim.CustomJoint(f"joint_{name}", before, at, turn, bodies[-1], zero, zero, axes))
+    skeleton = body.skeleton
+    for name, segment, place in zip(
+        skeleton.point_names, skeleton.point_segments, skeleton.point_offsets_m, strict=True
+    ):
+        made.addMarker(opensim.Marker(name, bodies[segment], opensim.Vec3(*place.tolist())))
     made.finalizeConnections()
     made.printToXML(str(path))
 
@@ -95,6 +100,31 @@ def euler_xyz(m: Array) -> Array:
     b = np.arcsin(np.clip(m[..., 0, 2], -1, 1))
     a = np.arctan2(-m[..., 1, 2], m[..., 2, 2])
     return np.stack((a, b, np.arctan2(-m[..., 0, 1], m[..., 0, 0])), axis=-1)
+
+
+def inverse_kinematics(
+    opensim: Any, folder: Path, markers: Path, names: tuple[str, ...], span_s: float
+) -> Array:
+    """Distances (G,), m: the farthest that a marker of a TRC is from that of `model.osim` in each frame."""
+    tool = opensim.InverseKinematicsTool()
+    tool.set_model_file(str(folder / "model.osim"))
+    tool.set_marker_file(str(markers))
+    for name in names:
+        task = opensim.IKMarkerTask()
+        task.setName(name)
+        task.setApply(True)
+        task.setWeight(1.0)
+        tool.upd_IKTaskSet().cloneAndAppend(task)
+    tool.set_time_range(0, 0.0)
+    tool.set_time_range(1, span_s)
+    tool.setResultsDir(str(folder))
+    tool.set_output_motion_file(str(folder / "inverse.mot"))
+    tool.set_report_errors(True)
+    assert tool.run()
+    lines = next(folder.glob("*_ik_marker_errors.sto")).read_text().splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.strip() == "endheader")
+    column = lines[begin + 1].split().index("marker_error_max")
+    return np.array([float(line.split()[column]) for line in lines[begin + 2 :]])
 
 
 def inverse_dynamics(
