@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from simrecon.body.lengths import measure_template
 from simrecon.body.shape import ShapeSpace
 from simrecon.types import Array, Body, IntArray, Skeleton
 
+STYLES = ("skin", "primitives")
+"""How a person is drawn."""
 _STRETCH = (0.7, 1.4)
 """Least and most by which a part of the skin is drawn out to the length of its bone."""
 
@@ -58,8 +61,13 @@ def skin(body: Body) -> Skin:
 def _betas(body: Body, space: ShapeSpace) -> Array:
     if body.shape_space == space.name and len(body.betas) == space.size:
         return body.betas
-    lengths_m = measure_template(body.skeleton)
-    return shape_fit.fit(lengths_m, height_m=body.height_m, mass_kg=body.mass_kg, shapes=space)
+    return _probable(tuple(measure_template(body.skeleton).items()), body.height_m, body.mass_kg)
+
+
+@lru_cache(maxsize=16)
+def _probable(lengths_m: tuple[tuple[str, float], ...], height_m: float, mass_kg: float) -> Array:
+    """Betas of simrecon's shape space for lengths, height and mass, kept because a run draws them twice."""
+    return shape_fit.fit(dict(lengths_m), height_m=height_m, mass_kg=mass_kg)
 
 
 def _origins(skeleton: Skeleton, axes: Array) -> Array:

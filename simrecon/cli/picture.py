@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from simrecon.body import clothed
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.exports import picture
@@ -22,13 +23,15 @@ def add(commands: Any) -> None:
         metavar="WHEN",
         help=f"seconds, {', '.join(picture.WORDS)} [all of these]",
     )
+    words = "how the person is drawn: skin or primitives [skin]"
+    draw.add_argument("--style", choices=clothed.STYLES, default="skin", help=words)
     draw.add_argument("-o", dest="output", metavar="PNG", help="picture [the result's name, .png, beside it]")
 
 
 def _picture(options: argparse.Namespace) -> int:
     folder = Path(options.result).resolve()
     target = Path(options.output or folder.with_name(f"{folder.name}.png"))
-    pairs = zip(picture.write(options.result, target, options.at), options.at, strict=True)
+    pairs = zip(picture.write(options.result, target, options.at, options.style), options.at, strict=True)
     shown = (f"{frame} ({word if word in picture.WORDS else f'at {word} s'})" for frame, word in pairs)
     print(f"frames    {', '.join(shown)}; the first one of the clip is 0")
     print(f"written   {target}")

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.body.clothed import Skin
 from simrecon.contact import rules
 from simrecon.types import Array, Camera, Motion, Part
 
@@ -29,6 +30,7 @@ class Animation:
         contact_body: (C,) primitives that they are on, which are marked while the scene pushes them.
         status: (T,) other than 0 where a frame is not simulated.
         part: which frames of its source, and of a video of it, these are; None: all.
+        skin: of the person, drawn instead of the primitives; None: these are drawn.
         ground_m: (N, 2) points that the floor is drawn around; None: the person's path.
     """
 
@@ -43,6 +45,7 @@ class Animation:
     contact_body: tuple[str, ...] = ()
     status: NDArray[np.uint8] | None = None
     part: Part | None = None
+    skin: Skin | None = None
     ground_m: Array | None = None
 
     @classmethod
@@ -55,6 +58,7 @@ class Animation:
         keypoints_px: Array | None = None,
         scores: Array | None = None,
         part: Part | None = None,
+        skin: Skin | None = None,
     ) -> Self:
         """What is drawn of a result's motion; see the attributes.
 
@@ -74,6 +78,7 @@ class Animation:
             contact_body=motion.contact_body,
             status=motion.status,
             part=part,
+            skin=skin,
         )
 
     def touching(self, frame: int) -> tuple[str, ...]:

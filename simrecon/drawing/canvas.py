@@ -16,11 +16,21 @@ DARK: Colour = (30, 26, 24)
 LIGHT: Colour = (250, 250, 250)
 _GOOD, _BAD = np.array([80, 235, 60]), np.array([60, 50, 240])
 _SUPERSAMPLE = 2
+_SOFT_PX, _STEP = 0.5, 26.0
+"""Less is not evened out; steps of tone much larger than that are edges, and stay."""
 _SHIFT = 4  # bits of sub-pixel position that OpenCV is given
 
 
-def paint(image: Image, polygons_px: Array, colours: Array, alpha: float) -> None:
-    """Blend convex polygons (N, P, 2), painted in their order, over an image; edges are smooth."""
+def paint(image: Image, polygons_px: Array, colours: Array, alpha: float, soft_px: float = 0.0) -> None:
+    """Blend convex polygons (N, P, 2), painted in their order, over an image; edges are smooth.
+
+    Args:
+        image: to draw on.
+        polygons_px: (N, P, 2).
+        colours: (N, 3).
+        alpha: opacity.
+        soft_px: over which small steps of colour from one polygon to the next are evened out.
+    """
     if not len(polygons_px):
         return
     height, width = image.shape[:2]
@@ -39,7 +49,15 @@ def paint(image: Image, polygons_px: Array, colours: Array, alpha: float) -> Non
     through = cv2.cvtColor(1 - np.float32(alpha / 255) * layer[..., 3], cv2.COLOR_GRAY2BGR)
     behind = cv2.multiply(part, through, dtype=cv2.CV_32F)
     before = cv2.cvtColor(layer, cv2.COLOR_BGRA2BGR)  # painted on black, so it has its share of them already
+    if soft_px > _SOFT_PX:
+        before = cv2.bilateralFilter(before, 2 * round(min(soft_px, 4.0)) + 3, _STEP, soft_px)
     part[:] = cv2.addWeighted(behind, 1.0, before.astype(np.float32), alpha, 0.0, dtype=cv2.CV_8U)
+
+
+def areas(polygons_px: Array) -> Array:
+    """Areas (N,) of quads (N, 4, 2), negative where they are seen from behind: corners clockwise, y down."""
+    a, b = np.moveaxis(polygons_px[:, 2:] - polygons_px[:, :2], 1, 0)  # (N, 2) diagonals
+    return np.asarray((a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]) / 2)
 
 
 def dots(image: Image, pixels: Array, scores: Array) -> None:
@@ -81,8 +99,17 @@ def hull(mask: NDArray[np.uint8], points_px: Array) -> None:
 
 def label(image: Image, text: str, line: int, colour: Colour) -> None:
     """Write outlined text at the top left, `line` lines down."""
-    size = max(0.4, max(image.shape[:2]) / 1600)
-    x, y, font = round(20 * size), round((36 + 34 * line) * size), cv2.FONT_HERSHEY_SIMPLEX
+    size = _text_size(image)
+    write(image, text, np.array([20 * size, (36 + 34 * line) * size]), colour)
+
+
+def _text_size(image: Image) -> float:
+    return float(max(0.4, max(image.shape[:2]) / 1600))
+
+
+def write(image: Image, text: str, at_px: Array, colour: Colour) -> None:
+    """Write outlined text that begins at a point (2,), the foot of its letters."""
+    (x, y), size, font = np.rint(at_px).astype(int).tolist(), _text_size(image), cv2.FONT_HERSHEY_SIMPLEX
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1)):
         cv2.putText(image, text, (x + dx, y + dy), font, size, DARK, 1, cv2.LINE_AA)
     cv2.putText(image, text, (x, y), font, size, colour, 1, cv2.LINE_AA)

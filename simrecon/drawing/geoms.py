@@ -13,7 +13,7 @@ from simrecon.drawing.canvas import Colour
 from simrecon.types import Array
 
 # Colours are blue, green, red.
-LEFT, RIGHT, _CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
+LEFT, RIGHT, CENTRE, _ITEM = (48, 134, 240), (172, 152, 36), (196, 192, 188), (150, 176, 200)
 QUADS_MAX = 60_000
 _PLAIN_RGBA = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default
 
@@ -59,7 +59,7 @@ def _side_colour(name: str) -> Colour:
     words = name.lower().replace(".", "_").replace("-", "_").replace("/", "_").split("_")
     if "left" in words or "l" in words:
         return LEFT
-    return RIGHT if "right" in words or "r" in words else _CENTRE
+    return RIGHT if "right" in words or "r" in words else CENTRE
 
 
 def coarse_cell_m(model: mujoco.MjModel, items: Sequence[int], finest_m: float) -> float:

@@ -1,8 +1,9 @@
 """The simulated body drawn over the video, or over plain ground where there is none; with OpenCV alone.
 
-Quads are sorted by distance and painted from far to near (painter's algorithm), shaded flat, and blended
-over the image. Left limbs are orange, right ones teal, what the scene pushes is red. Dots: input landmarks,
-red to green by score. Arrows: forces from the scene on the body, half a metre per body weight.
+Faces are sorted by distance and painted from far to near (painter's algorithm), those of the skin shaded
+smoothly, and blended over the image. Left limbs are orange, right ones teal, what the scene pushes is red.
+Dots: input landmarks, red to green by score. Arrows: forces from the scene on the body, half a metre per
+body weight.
 """
 
 from __future__ import annotations

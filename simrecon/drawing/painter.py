@@ -7,9 +7,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.drawing import canvas, ground, shapes
+from simrecon.drawing import canvas, figure, ground, legend, shapes
 from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
+from simrecon.drawing.figure import Figure
 from simrecon.drawing.geoms import LEFT, RIGHT, coarse_cell_m, of_model
 from simrecon.drawing.shading import shades
 from simrecon.drawing.views import View, corner_radius, has_view, three_quarter
@@ -22,6 +23,7 @@ _FORCE, _FALLBACK, _HIDDEN = (40, 240, 250), (170, 170, 255), (140, 140, 140)
 TOUCHES = (70, 50, 225)
 """Of what the scene pushes."""
 _ALPHA = 0.75
+_SOFT = 0.7  # of the length of a skin's faces, over which their shades are evened out
 _ARROW_M_PER_WEIGHT = 0.5
 _LEAST_FORCE = 0.01  # of body weight; smaller forces are not drawn
 _BODY_CELL_M, _ITEM_CELL_M = 0.08, 0.1
@@ -38,8 +40,8 @@ class Painter:
         self.marked: list[int] = []  # geoms that touch in the frame that is drawn
         self.geoms = of_model(model)
         person, items = self.geoms.person, self.geoms.items
-        self.person = shapes.surface(model, person, _BODY_CELL_M)
-        self.all = shapes.surface(model, person + items, coarse_cell_m(model, items, _ITEM_CELL_M))
+        cells_m = _BODY_CELL_M, coarse_cell_m(model, items, _ITEM_CELL_M)
+        self.person, self.all = figure.both(model, self.geoms, clip.skin, cells_m)
         trees = np.unique(model.body_rootid[model.geom_bodyid[person]])
         masses = model.body_mass[np.isin(model.body_rootid, trees) & (model.body_weldid != 0)]
         self.weight_N = max(float(masses.sum() * (np.linalg.norm(model.opt.gravity) or 9.81)), 1e-9)
@@ -54,7 +56,7 @@ class Painter:
         self._pose(frame)
         self.marked = [self.model.geom(name).id for name in clip.touching(frame)]
         surface = self.person if image is not None else self.all
-        vertices = surface.place(self.data.geom_xpos, self.data.geom_xmat)  # (V, 3)
+        vertices = surface.place(self.data)  # (V, 3)
         if image is None:
             image = self._ground(camera, view)
             self._shadow(image, camera, view)
@@ -65,6 +67,9 @@ class Painter:
         if clip.contact_point_m is not None and clip.contact_force_N is not None:
             force = clip.contact_force_N[frame] * (_ARROW_M_PER_WEIGHT / self.weight_N)  # (C, 3) m
             self._forces(image, camera, view, clip.contact_point_m[frame], force)
+            up = cameras.extrinsics(camera)[0, 1, :3] * -_ARROW_M_PER_WEIGHT  # in the image
+            ends_px = view.pixels(self._project(camera, self.data.qpos[:3] + np.stack((np.zeros(3), up)))[0])
+            legend.scale(image, ends_px, f"{self.weight_N:.0f} N, body weight", _FORCE)
         if clip.keypoints_px is not None and clip.camera is self.camera:
             scores = np.ones(clip.keypoints_px.shape[1]) if clip.scores is None else clip.scores[frame]
             canvas.dots(image, view.pixels(clip.keypoints_px[frame]), scores)
@@ -80,7 +85,7 @@ class Painter:
         size = np.array(self.camera.lens.image_size_px, float)
         for frame in frames:
             self._pose(int(frame))
-            vertices = self.person.place(self.data.geom_xpos, self.data.geom_xmat)
+            vertices = self.person.place(self.data)
             pixels = self._project(self._at(int(frame)), vertices)[0]
             if ((pixels >= 0) & (pixels <= size)).all(axis=-1).any():
                 return True
@@ -91,7 +96,7 @@ class Painter:
         low, high = np.full(2, np.inf), np.full(2, -np.inf)
         for frame in frames:
             self._pose(int(frame))
-            vertices = self.person.place(self.data.geom_xpos, self.data.geom_xmat)
+            vertices = self.person.place(self.data)
             pixels = self._project(self._at(int(frame)), vertices)[0]
             pixels = pixels[np.isfinite(pixels).all(axis=-1)]
             if len(pixels):
@@ -128,26 +133,28 @@ class Painter:
         image: Image,
         camera: Camera,
         view: View,
-        surface: shapes.Surface,
+        surface: Figure,
         vertices: Array,
         alpha: float,
     ) -> None:
         image_px, distance = self._project(camera, vertices)
         pixels = view.pixels(image_px)[surface.faces]  # (F, 4, 2)
         corners = vertices[surface.faces]  # (F, 4, 3)
-        across = corners[:, 2:] - corners[:, :2]  # (F, 2, 3) diagonals
-        normals = vectors.unit(np.cross(across[:, 0], across[:, 1]))  # (F, 3)
+        normals = surface.normals(vertices)  # (F, 3)
         towards = vectors.unit(cameras.centre_m(camera) - corners.mean(axis=1))  # (F, 3)
-        facing = (normals * towards).sum(axis=-1)  # (F,)
-        keep = np.flatnonzero((facing > 0) & np.isfinite(pixels).all(axis=(1, 2)))
+        facing = np.maximum((normals * towards).sum(axis=-1), 0.0)  # (F,)
+        area = canvas.areas(pixels)  # (F,) px²
+        keep = np.flatnonzero((area > 0) & np.isfinite(pixels).all(axis=(1, 2)))
         if not len(keep):
             return
+        soft_px = _SOFT * float(np.sqrt(np.median(area[keep]))) if surface.round else 0.0
         keep = keep[np.argsort(-distance[surface.faces[keep]].mean(axis=1), kind="stable")]
         shade = shades(camera, normals[keep], facing[keep])  # (F,)
-        plain = self.geoms.colours.copy()  # (G, 3)
-        plain[self.marked] = TOUCHES
-        colours = np.minimum(plain[surface.face_geom[keep]] * shade[:, None], 255.0)  # (F, 3)
-        canvas.paint(image, pixels[keep], colours, alpha)
+        pushed = np.isin(surface.face_geom[keep], self.marked)[:, None]
+        colours = np.minimum(
+            np.where(pushed, TOUCHES, surface.colours[keep]) * shade[:, None], 255.0
+        )  # (F, 3)
+        canvas.paint(image, pixels[keep], colours, alpha, soft_px)
 
     def _ground(self, camera: Camera, view: View) -> Image:
         """Chequered ground of half-metre tiles that fades out; kept while the camera stands still."""
@@ -173,7 +180,7 @@ class Painter:
         """The person's shadow on the ground, light from straight above."""
         if not self.geoms.grounds:
             return
-        vertices = self.person.place(self.data.geom_xpos, self.data.geom_xmat)
+        vertices = self.person.place(self.data)
         vertices[:, 2] = ground.height(self.model, self.data, self.geoms.grounds[0], vertices[:, :2])
         pixels = view.pixels(self._project(camera, vertices)[0])
         mask = np.zeros(image.shape[:2], np.uint8)

@@ -18,13 +18,19 @@ WORDS = ("lowest", "highest", "hardest")
 TILE_PX = 480
 
 
-def write(result: Result | Path | str, target: Path | str, at: Sequence[str | float] = WORDS) -> IntArray:
+def write(
+    result: Result | Path | str,
+    target: Path | str,
+    at: Sequence[str | float] = WORDS,
+    style: str = "skin",
+) -> IntArray:
     """Write a PNG of a result's frames, side by side.
 
     Args:
         result: opened, or its folder.
         target: file, `.png`.
         at: seconds, or one of `WORDS`, each.
+        style: how the person is drawn, one of `clothed.STYLES`.
 
     Returns:
         The frames.
@@ -37,7 +43,7 @@ def write(result: Result | Path | str, target: Path | str, at: Sequence[str | fl
     opened = result if isinstance(result, Result) else open_result(result)
     motion = opened.motion
     chosen = np.array([frame(motion, str(when)) for when in at])
-    video.write_image(target, overlay.sheet(opened.animation(), tile_px=TILE_PX, frames=chosen))
+    video.write_image(target, overlay.sheet(opened.animation(style), tile_px=TILE_PX, frames=chosen))
     return chosen
 
 

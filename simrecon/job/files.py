@@ -73,11 +73,12 @@ def absolute(job: Job) -> Job:
 def identity(job: Job) -> str:
     """Hash of all of a job that its motion depends on: what files hold, settings, the code and its versions.
 
-    Where the files lie, where the result goes, what is drawn on and whether a page is made make no
+    Where the files lie, where the result goes, what is drawn on and how, and whether a page is made, make no
     difference. Of a video beside the input, frame rate and image size do.
     """
     hashes = {name: digest for name, digest in contents(job).items() if name != "video"}
     bare = replace(with_paths(job, lambda _: ""), sha256=hashes, threads=0, video=None, no_report=False)
+    bare = replace(bare, style=Job.style)
     bare = replace(bare, scene=replace(job.scene, folder=""), plan=replace(job.plan, name=""))
     beside = None if job.detected is not None or job.retarget else job.video
     content = {

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import plan as plans
+from simrecon.body import clothed
 from simrecon.io import provenance
 from simrecon.io.reading import read_text
 from simrecon.job.options import Person, Reading, option
@@ -38,6 +39,7 @@ class Job:
         seed: of all random numbers.
         threads: of the simulator, 0 for one per core; no bit depends on it.
         video: what the overlay is drawn on; None: the input if it is a video, else plain ground.
+        style: how the person is drawn, `skin` or `primitives`.
         no_report: no `report.html` is made of the result.
         detected: evidence file with the landmarks of a video, which is read instead of detecting them again.
         start: a motion (`motion.npz`) from which the optimisation begins, perhaps of another scene.
@@ -60,6 +62,11 @@ class Job:
     )
     video: str | None = option(
         None, file=True, metavar="FILE", text="what the overlay is drawn on [plain ground]"
+    )
+    style: str = option(
+        "skin",
+        choices=clothed.STYLES,
+        text="how overlay and pictures show the person: skin or primitives [skin]",
     )
     no_report: bool = option(False, text="make no report.html of the result")
     detected: str | None = None

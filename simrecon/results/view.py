@@ -13,7 +13,7 @@ import numpy as np
 from simrecon import job as jobs
 from simrecon import plan as plans
 from simrecon import scene as scenes
-from simrecon.body import known
+from simrecon.body import clothed, known
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.job import Job
@@ -93,9 +93,10 @@ class Result:
         where = f"{self.folder / folders.REPORT}: plan"
         return replace(plans.build(self.report["plan"], where), name=self.report["plan_name"])
 
-    def animation(self) -> overlay.Animation:
-        """What is drawn of the motion: the body in its scene, with the forces on it."""
-        return overlay.Animation.of(self.model, self.motion)
+    def animation(self, style: str = "skin") -> overlay.Animation:
+        """What is drawn of the motion, in a style of `clothed.STYLES`: the body in its scene, with forces."""
+        skin = clothed.skin(self.body) if style == "skin" else None
+        return overlay.Animation.of(self.model, self.motion, skin=skin)
 
     @cached_property
     def plot(self) -> Plots:

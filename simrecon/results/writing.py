@@ -11,6 +11,7 @@ from typing import Any
 
 from simrecon import job as jobs
 from simrecon import scene as scenes
+from simrecon.body import clothed
 from simrecon.contact import wishes
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
@@ -124,7 +125,7 @@ def _add_overlay(folder: Path, job: Job, run: Reconstruction, content: Report) -
 def _draw(folder: Path, job: Job, run: Reconstruction) -> str | None:
     """Draw the overlay; what kept it from being drawn, or None."""
     try:
-        overlay.write(folder, animation(run), background(job), job.reading.rotate or 0)
+        overlay.write(folder, animation(run, job.style), background(job), job.reading.rotate or 0)
     except BaseException as error:
         for name in folders.OVERLAYS:
             with contextlib.suppress(OSError):
@@ -156,8 +157,8 @@ def _settled(job: Job, place: placing.Place, landmarks: Path | None, *, overwrit
     return job if place.target == Path(job.output).resolve() else replace(job, output=str(place.target))
 
 
-def animation(run: Reconstruction) -> overlay.Animation:
-    """What is drawn of a run."""
+def animation(run: Reconstruction, style: str = "skin") -> overlay.Animation:
+    """What is drawn of a run, in a style of `clothed.STYLES`."""
     motion, evidence = run.motion, run.evidence
     camera = run.fit.camera if overlay.is_placed(evidence) else None
     seen = bool(evidence.keypoint_names)
@@ -168,4 +169,5 @@ def animation(run: Reconstruction) -> overlay.Animation:
         keypoints_px=evidence.keypoints_px if seen else None,
         scores=evidence.scores if seen else None,
         part=evidence.part,
+        skin=clothed.skin(run.fit.body) if style == "skin" else None,
     )
