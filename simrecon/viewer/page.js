@@ -3,7 +3,7 @@
   const { html, shown, Charts } = SimreconCharts, { View, nearest, bytesOf } = SimreconScene;
   const data = JSON.parse(document.getElementById("data").textContent), model = document.getElementById("model").textContent;
   const $ = id => document.getElementById(id), curves = data.curves, times = curves.times_s, last = times.at(-1);
-  const SPEEDS = [0.1, 0.25, 0.5, 1, 2], WORDS_MS = 90;
+  const SPEEDS = [0.1, 0.25, 0.5, 1, 2], WORDS_MS = 90, SPANS_MAX = 6;
   const state = { time: 0, frame: 0, playing: false, speed: 1, joint: 0, told: 0 };
   const root = document.documentElement;
   let view = null, charts = null, tick = 0;
@@ -28,9 +28,27 @@
       return line;
     }));
     if (!reasons.length) $("reasons").append(html("p", { class: "unit" }, data.verdict ? "Nothing speaks against this result." : "This result was made by an earlier version."));
+    const spans = poorSpans();
+    for (const span of spans.slice(0, SPANS_MAX)) {
+      const at = html("button", { type: "button", class: "link", title: "Go there" }, `${span.from_s.toFixed(0)} to ${span.to_s.toFixed(1)} s`);
+      at.addEventListener("click", () => seek(span.from_s));
+      $("reasons").append(html("p", {}, at, " ", html("span", { class: span.verdict }, span.verdict), `: ${span.reason}`));
+    }
+    if (spans.length > SPANS_MAX) $("reasons").append(html("p", { class: "unit" }, `and ${spans.length - SPANS_MAX} more, below`));
     const list = html("dl", { class: "figures" });
     for (const [title, value] of data.highlights) list.append(html("dt", {}, title), html("dd", {}, value));
     $("reasons").append(list);
+  }
+
+  // Seconds that are not good, those in a row with one reason together.
+  function poorSpans() {
+    const spans = [];
+    for (const second of data.seconds) {
+      const before = spans.at(-1);
+      if (before && before.verdict === second.verdict && before.reason === second.reason) before.to_s = second.to_s;
+      else spans.push({ ...second });
+    }
+    return spans.filter(span => span.verdict !== "good");
   }
 
   // What holds at the cursor

@@ -1,4 +1,4 @@
-"""Whether each second of a motion can be believed, by the thresholds of the verdict on the whole."""
+"""Whether each second of a motion can be believed: as its report says, or by what an earlier result holds."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from simrecon.types import Array, Flags, Motion
 
 
 def seconds(result: Result) -> list[dict[str, Any]]:
-    """The verdict on each second, the last one perhaps shorter.
+    """The verdict on each second, the last one perhaps shorter: `by_second` of the report.
 
-    A second is as bad as the worst of: frames that are not simulated (bad), distance of the simulation from
-    the kinematic fit (`verdict.FIT_M`, in the worst frame `verdict.FIT_MAX_M`), and frames in which the
-    person was out of view (`verdict.UNSEEN_SHARE`).
+    Of a result whose report has none, a second is as bad as the worst of: frames that are not simulated
+    (bad), distance of the simulation from the kinematic fit (`verdict.FIT_M`, in the worst frame
+    `verdict.FIT_MAX_M`), and frames in which the person was out of view (`verdict.UNSEEN_SHARE`).
 
     Returns:
-        `from_s`, `to_s`, `verdict`, `reason` of each.
+        `from_s` and `to_s` from the first frame on, `verdict`, `reason` of each.
     """
     motion = result.motion
+    if (told := result.report.get("by_second")) is not None:
+        return _joined(told, float(motion.times_s[0]), float(motion.times_s[-1]))
     apart_m, unseen = from_fit_m(result), _unseen(result)
     after = motion.times_s - motion.times_s[0]
     rows = np.minimum(np.floor(after).astype(int), max(int(np.ceil(after[-1])) - 1, 0))
@@ -35,6 +37,15 @@ def seconds(result: Result) -> list[dict[str, Any]]:
         first, end = float(row), float(min(row + 1, after[-1]))
         found.append({"from_s": first, "to_s": end, "verdict": level, "reason": reason})
     return found
+
+
+def _joined(told: list[dict[str, Any]], first_s: float, last_s: float) -> list[dict[str, Any]]:
+    """The seconds of a report one after the other, without gaps from the last frame of one to the next."""
+    ends = [second["from_s"] for second in told[1:]] + [last_s]
+    return [
+        {**second, "from_s": second["from_s"] - first_s, "to_s": end - first_s}
+        for second, end in zip(told, ends, strict=True)
+    ]
 
 
 def from_fit_m(result: Result) -> Array | None:
