@@ -12,6 +12,7 @@ from simrecon import body as bodies
 from simrecon import kinematics, prior
 from simrecon import plan as plans
 from simrecon.body import known
+from simrecon.exports import legs
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward, layout, retargeting
 from simrecon.kinematics.contacts import contact_points
@@ -117,6 +118,18 @@ def test_standing_feet_stand(person: Body, weights: Kinematics, other: str, floo
     before, after = (landmarks(f)[:, rows, 2] - floor_m for f in (fit, moved))
     np.testing.assert_allclose(after, scale * before, atol=0.04)
     assert moved.body is body
+
+
+def test_soles_slide_less_than_two_millimetres_a_frame_on_longer_legs(
+    person: Body, weights: Kinematics
+) -> None:
+    other = legs.with_legs(person, 1.15)
+    assert retargeting.scale_of(fitted(person, squat(person)), other) == pytest.approx(1.15, abs=0.02)
+    fit = kinematics.retarget(fitted(person, squat(person)), other, weights)
+    soles = touching_points(fit)[1]
+    slide_m = np.linalg.norm(np.diff(soles, axis=1), axis=-1)
+    print(f"{1e3 * slide_m.max():.2f} mm a frame at most")
+    assert slide_m.max() < 2e-3
 
 
 def test_the_way_scales_on_bare_ground_only(make: Makers, person: Body, weights: Kinematics) -> None:
