@@ -7,6 +7,7 @@ import shutil
 import time
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ def repeated(finished: Path, target: Path) -> Path:
     motion = results.read_motion(finished)
     count = len(motion.times_s)
     times = int(np.ceil(SECONDS * 30 / count))
-    rows = {
+    rows: dict[str, Any] = {
         item.name: np.concatenate([values] * times)
         for item in fields(motion)
         if isinstance(values := getattr(motion, item.name), np.ndarray) and len(values) == count
@@ -31,7 +32,8 @@ def repeated(finished: Path, target: Path) -> Path:
     rows["ctrl"] = np.concatenate([motion.ctrl] * times)
     rows["times_s"] = np.arange(count * times) / 30
     steps = np.linspace(0, len(rows["ctrl"]), count * times).astype(np.int64)
-    long = replace(motion, **{**rows, "frame_step": steps})
+    rows["frame_step"] = steps
+    long = replace(motion, **rows)
     (target / "motion.npz").write_bytes(motion_file.dumps(long))
     return target
 
