@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon import cli, results, viewer
+from simrecon import cli, results, running, viewer
+from simrecon.cli import summary
 from simrecon.errors import InputError
 from simrecon.exports.axes import TO_Y_UP
 from simrecon.geometry import camera as cameras
@@ -140,6 +141,12 @@ def test_the_camera_sees_what_it_saw(made: Result, run: Any) -> None:
     pixels = np.array(camera["focal_px"]) * local[:, :2] / -local[:, 2:] * [1, -1] + camera["centre_px"]
     ours = cameras.project(cameras.at(run.fit.camera, slice(0, 1)), points[None])[0]
     np.testing.assert_allclose(pixels, ours + 0.5, atol=0.01)
+    path = np.repeat(np.array(made.report["camera"]["world_to_camera"]), len(rows), axis=0)
+    path[:, 0, 3] += np.arange(len(rows))  # carried along
+    carried = {**made.report, "camera": {**made.report["camera"], "world_to_camera": path.tolist()}}
+    moving = seen.make(carried, rows[::2], len(rows))
+    assert moving is not None
+    np.testing.assert_allclose(np.array(moving["views"])[:, 3] - camera["views"][0][3], rows[::2], atol=1e-5)
     assert seen.make({**made.report, "camera": None}, rows, len(rows)) is None
     assert seen.make({}, rows, len(rows)) is None  # of an earlier version
 
@@ -170,6 +177,12 @@ def test_a_page_that_cannot_be_made_costs_a_line(
     monkeypatch.setattr(page, "render", lambda _: 1 / 0)
     assert viewer.add(result) == "division by zero"
     assert not (tmp_path / "out" / "report.html").exists()
+    finished = running._with_page(result)
+    assert finished.report["page"] == "division by zero"
+    assert finished.report["verdict"] == result.report["verdict"]
+    assert "page     report.html could not be made (division by zero); the motion is there" in summary.of(
+        finished
+    )
     with pytest.raises(ZeroDivisionError):
         viewer.write(result)
 
