@@ -37,13 +37,11 @@ class Setup:
         planner, engine: names of what makes the reference and of what optimises the simulation.
         seed: of all random numbers; the result depends on nothing else, not even on `threads`.
         threads: of the simulator, 0 for one per core; a function is called before each generation.
-        shape: of the body, as far as it is known; None: the proportions of the average.
-        contacts: what a user wishes of them.
+        shape: of the body, as far as it is known, or None; contacts: what a user wishes of them.
         start: a finished motion of the same clip, perhaps in another scene, to begin from.
         fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
         observer: is told of the progress, and may stop the run.
-        checkpoint: where solved windows are kept, and taken from; None: nowhere.
-        identity: of job and code; windows of another one are not taken from the checkpoint.
+        checkpoint: where windows solved under the same `identity`, of job and code, are kept; None: nowhere.
     """
 
     planner: str = "none"
@@ -88,10 +86,8 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     """Reconstruct a motion that a simulator really executed.
 
     Args:
-        evidence: what one camera saw.
-        scene: what the person may touch.
-        plan: how the clip is cut and optimised.
-        setup: everything else.
+        evidence: what one camera saw; scene: what the person may touch.
+        plan: how the clip is cut and optimised; setup: everything else.
 
     Raises:
         InputError: one of them can't be used, or there is no such planner or engine.
@@ -106,7 +102,6 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape, setup.contacts)
     reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
-
     problem = problems.pose(fit, reference, uniform, clock, plan)
     check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     solved, earlier_s = _simulate(problem, fit, setup)
@@ -115,8 +110,8 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s
-    spent_s = time.process_time() - cpu_s
-    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, spent_s)
+    cpu_s = time.process_time() - cpu_s
+    return Reconstruction(evidence, fit, reference, problem, solved, motion, audit, seconds, cpu_s)
 
 
 def _simulate(problem: Problem, fit: KinematicFit, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
@@ -124,12 +119,12 @@ def _simulate(problem: Problem, fit: KinematicFit, setup: Setup) -> tuple[tuple[
     problem, handover = warm_start.begin(problem, setup.start)
     pieces = schedule.cut(problem.clock, problem.plan)
     store, digest = setup.checkpoint, checkpoints.digest(problem, handover, setup.seed, setup.identity)
-    known = [] if store is None else store.restore(digest, pieces)
+    known = store.restore(digest, pieces) if store else []
     setup.observer.resumed(known, pieces)
     tracker = engines.make(setup.engine, problem, setup.threads)
     if setup.start is None and len(known) < len(pieces):
         tracker.prepare(pieces, handover)
-    keep = None if store is None else store.save
+    keep = store.save if store else None
     anew = partial(restarts.begin, problem, fit)
     solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep, anew)
     return solved, sum(result.seconds for result in known)
