@@ -89,6 +89,7 @@ class LossWeights:
     joint_limit: float = number(0.0)
     landmark: float = number(0.0, default=0.0)
     landmark_velocity: float = number(0.0, default=0.0)
+    planted: float = number(0.0, default=0.0)
     prior_model: str = choice(*PRIORS)
     prior_rate_hz: float = number(0.1, 1000.0)
     rate_hz: float = number(1.0, 1000.0)

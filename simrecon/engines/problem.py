@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from simrecon import kinematics, prior
 from simrecon import scene as scenes
 from simrecon.body import names, strength
+from simrecon.contact.parts import SIDES
 from simrecon.engines import feedforward, momentum
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations, splines
@@ -37,6 +38,7 @@ class Problem:
         draft_rad: (Q, nu) knots to begin with where the window before has none; zero if not drafted.
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         point_weights: (M,) in the loss; point_rows: (M,) their sites in the model.
+        planted: (T, M) how surely each point belongs to a foot that stands.
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (T, 4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
@@ -57,6 +59,7 @@ class Problem:
     points_m: Array
     point_weights: Array
     point_rows: IntArray
+    planted: Array
     rays: Array
     scores: Array
     world_to_camera: Array | None
@@ -113,12 +116,25 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
         points_m=kinematics.configurations(fit.body, reference.qpos)[1],
         point_weights=names.point_weights(),
         point_rows=locate(model).sites(model, skeleton.point_names),
+        planted=_planted(fit),
         rays=rays,
         scores=scores,
         world_to_camera=_camera_path(fit),
         joint_rows=np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0),
         limits_rad=skeleton.limits_rad,
     )
+
+
+def _planted(fit: KinematicFit) -> Array:
+    """How surely each point of the body belongs to a part of a foot that stands, (T, M)."""
+    points = fit.body.skeleton.point_names
+    planted = np.zeros((len(fit.qpos), len(points)))
+    if fit.contacts is not None:
+        for side in SIDES:
+            heel, toe = (np.nan_to_num(fit.contacts.of(f"{side}_{end}")) for end in ("heel", "toe"))
+            for point, sure in (("ankle", heel * toe), ("heel", heel), ("mtp", toe), ("toe", toe)):
+                planted[:, points.index(f"{side}_{point}")] = sure
+    return planted
 
 
 def _no_draft(model: mujoco.MjModel, clock: Clock, plan: Plan) -> Array:

@@ -11,7 +11,10 @@ from simrecon.contact.parts import rows as part_rows
 from simrecon.types import Array, ContactLabels, ContactTargets, IntArray, Primitive, Skeleton
 
 SIGMA_TOUCH_M = 0.05
-SIGMA_STAND_M = 0.1
+SIGMA_STAND_M = 0.04
+STAND = 0.6
+"""Weight of a foot that stands, shared by the corners of its sole. So a sole that is a little tilted is laid
+flat, and one that the evidence tilts by more is left as it is (docs/studies/standing.md)."""
 # Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
 SEAT_DEPTH_M = 0.02
 
@@ -104,10 +107,10 @@ def _allowed(touch: ContactPoints, clearance: Array, wished: ContactTargets | No
 
 
 def _on_soles(labels: ContactLabels, corners: int) -> Array:
-    """How surely each corner of both soles rests, (8, T), as a share of its foot."""
+    """Weights of the corners of both soles, (8, T), by how surely each rests."""
     ends = [name for side in zip(HEELS, TOES, strict=True) for name in side]
     each = np.stack([labels.of(name) for name in ends])  # (4, T)
-    return np.repeat(each, corners // 2, axis=0) / corners
+    return np.repeat(each, corners // 2, axis=0) * (STAND / corners)
 
 
 def lowest(rows: IntArray, clearance: Array, first: int = 0) -> Places:

@@ -14,6 +14,7 @@ from simrecon.engines.sampling.terms.landmarks import (
     TotalVariation,
 )
 from simrecon.engines.sampling.terms.moves import Moves
+from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
 from simrecon.engines.sampling.terms.seen import Seen, Targets
 from simrecon.engines.sampling.terms.term import LossTerm
@@ -27,6 +28,7 @@ TERMS: tuple[type[LossTerm], ...] = (
     Pose,
     Landmark,
     LandmarkVelocity,
+    Planted,
     Reprojection,
     JointLimit,
     Prior,

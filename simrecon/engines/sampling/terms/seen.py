@@ -17,6 +17,7 @@ class Targets:
     Attributes:
         com_m: (F, 3). points_m: (F, M, 3). orientations: (F, 17, 4).
         rays: (F, M, 2) undistorted detections x/z, y/z; scores: (F, M), zero where not seen.
+        planted: (F, M) how surely each point stands.
         world_to_camera: (F, 4, 4), or None without a camera.
     """
 
@@ -25,6 +26,7 @@ class Targets:
     orientations: Array
     rays: Array
     scores: Array
+    planted: Array
     world_to_camera: Array | None
 
     @classmethod
@@ -37,6 +39,7 @@ class Targets:
             orientations=problem.orientations[frames],
             rays=problem.rays[frames],
             scores=problem.scores[frames],
+            planted=problem.planted[frames],
             world_to_camera=None if camera is None else camera[frames],
         )
 
