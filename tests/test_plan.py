@@ -103,10 +103,10 @@ def test_a_whole_number_is_accepted_for_a_float() -> None:
 
 
 def test_a_weight_that_the_papers_lack_may_be_left_out_and_is_zero() -> None:
-    text, count = re.subn(r"^landmark(_velocity)? = .*", "", DEFAULT, flags=re.M)
-    assert count == 2
+    text, count = re.subn(r"^(landmark|landmark_velocity|planted) = .*", "", DEFAULT, flags=re.M)
+    assert count == 3
     loss = plans.parse(text).loss
-    assert (loss.landmark, loss.landmark_velocity) == (0.0, 0.0)
+    assert (loss.landmark, loss.landmark_velocity, loss.planted) == (0.0, 0.0, 0.0)
     assert loss.com_position == plans.read("default").loss.com_position
 
 

@@ -11,10 +11,11 @@ from simrecon.contact.parts import rows as part_rows
 from simrecon.types import Array, ContactLabels, ContactTargets, IntArray, Primitive, Skeleton
 
 SIGMA_TOUCH_M = 0.05
-SIGMA_STAND_M = 0.04
-STAND = 0.6
-"""Weight of a foot that stands, shared by the corners of its sole. So a sole that is a little tilted is laid
-flat, and one that the evidence tilts by more is left as it is (docs/studies/standing.md)."""
+SIGMA_STAND_M, SIGMA_LEVEL_M = 0.1, 0.04
+LEVEL = 0.6
+"""Weight on the ground, as a share of that on items, of a foot that stands. So a sole that is a little tilted
+is laid flat, and one that the evidence tilts by more is left as it is (docs/studies/standing.md). Items may
+be narrower than a sole."""
 # Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
 SEAT_DEPTH_M = 0.02
 
@@ -80,9 +81,11 @@ def pulls(
     frames = np.arange(clearance.shape[2])
     soles = touch.soles.ravel()
     support = np.argmin(np.abs(clearance[:, soles]), axis=0)  # (8, T)
+    corners, standing = (support, soles[:, None], frames[None]), _on_soles(labels, touch.soles.shape[1])
     return (
         Pull(lowest(np.arange(clearance.shape[1]), _allowed(touch, clearance, wished)), 1.0, SIGMA_TOUCH_M),
-        Pull((support, soles[:, None], frames[None]), _on_soles(labels, touch.soles.shape[1]), SIGMA_STAND_M),
+        Pull(corners, standing * LEVEL * (support == 0), SIGMA_LEVEL_M),
+        Pull(corners, standing * (support > 0), SIGMA_STAND_M),
         *(
             Pull(lowest(rows, clearance, 1), labels.of(name), SIGMA_TOUCH_M, SEAT_DEPTH_M)
             for name, rows in zip(SEAT, touch.seat, strict=True)
@@ -107,10 +110,10 @@ def _allowed(touch: ContactPoints, clearance: Array, wished: ContactTargets | No
 
 
 def _on_soles(labels: ContactLabels, corners: int) -> Array:
-    """Weights of the corners of both soles, (8, T), by how surely each rests."""
+    """How surely each corner of both soles rests, (8, T), as a share of its foot."""
     ends = [name for side in zip(HEELS, TOES, strict=True) for name in side]
     each = np.stack([labels.of(name) for name in ends])  # (4, T)
-    return np.repeat(each, corners // 2, axis=0) * (STAND / corners)
+    return np.repeat(each, corners // 2, axis=0) / corners
 
 
 def lowest(rows: IntArray, clearance: Array, first: int = 0) -> Places:

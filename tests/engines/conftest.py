@@ -37,6 +37,7 @@ LOSSES: dict[str, Any] = {
     "joint_limit": 0.0,
     "landmark": 0.0,
     "landmark_velocity": 0.0,
+    "planted": 0.0,
     "prior_model": "gaussian",
     "prior_rate_hz": 30.0,
     "rate_hz": 30.0,

@@ -40,4 +40,16 @@ def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(problem: Problem) -> N
         np.testing.assert_array_equal(frame, np.arange(frames))
         np.testing.assert_array_equal(pull.weights, sitting)
     # over the ground alone they are not
-    assert len(pulls(touch, known, clearance[:1])) == 2
+    assert len(pulls(touch, known, clearance[:1])) == 3
+
+
+def test_corners_of_soles_are_held_level_on_the_ground_and_loosely_on_items(problem: Problem) -> None:
+    touch, frames = problem.contacts, problem.frames
+    clearance = np.full((2, len(touch.segments), frames), 0.02)
+    clearance[1, touch.soles[0, :2]] = 0.01  # the left heel is nearer to an item
+    known = labels.of_feet_and_hips(np.full((2, frames), 0.5), np.zeros(frames), "test")
+    ground, items = pulls(touch, known, clearance)[1:3]
+    on_item = np.array([True, True, *[False] * 6])[:, None]
+    np.testing.assert_allclose(ground.weights, np.where(on_item, 0.0, 0.6 * 0.125) + np.zeros((8, frames)))
+    np.testing.assert_allclose(items.weights, np.where(on_item, 0.125, 0.0) + np.zeros((8, frames)))
+    assert ground.sigma < items.sigma

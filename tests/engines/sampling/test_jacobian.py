@@ -45,6 +45,7 @@ LOSSES = {
     "joint_limit": 1.0,
     "landmark": 100.0,
     "landmark_velocity": 0.5,
+    "planted": 10.0,
     "prior_rate_hz": 15.0,
 }
 KINDS = ("air", "floor", "later", "camera", "moving", "ball", "sprung")
@@ -100,9 +101,10 @@ def filmed(kind: str) -> Problem:
 
 
 def narrow(problem: Problem) -> Problem:
-    """The same with ranges of the joints that their pose is a little beyond, or within."""
+    """The same with ranges of the joints that their pose is a little beyond, or within, and half of all planted."""
     pose = rotations.log(problem.orientations[0, 1:])
-    return replace(problem, limits_rad=np.stack((pose - 0.02, pose - 0.01), axis=-1))
+    limits = np.stack((pose - 0.02, pose - 0.01), axis=-1)
+    return replace(problem, limits_rad=limits, planted=np.full_like(problem.planted, 0.5))
 
 
 @dataclass(frozen=True, eq=False)

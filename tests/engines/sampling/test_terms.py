@@ -15,6 +15,7 @@ from simrecon.engines.sampling import terms
 from simrecon.engines.sampling.terms import LossTerm, Seen, Targets
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
 from simrecon.engines.sampling.terms.landmarks import Landmark, LandmarkVelocity, Reprojection, TotalVariation
+from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
 from simrecon.errors import InputError
 from simrecon.geometry import rotations
@@ -28,7 +29,7 @@ LIMITS = np.tile([-0.5, 0.4], (16, 3, 1))
 CAMERA = np.eye(4)
 CAMERA[2, 3] = 3.0
 NOTHING = np.zeros(1)
-NOWHERE = Targets(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, None)
+NOWHERE = Targets(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, None)
 """Targets of a term that looks at none."""
 
 
@@ -167,6 +168,16 @@ def test_landmark_velocity_is_that_of_the_distance() -> None:
     assert term.value(seen(points=points + 7.0)) == pytest.approx(2.5)
 
 
+def test_planted_is_the_velocity_of_what_stands_at_both_frames() -> None:
+    points = np.zeros((4, 3, 3))
+    points[:, 1, 0] = [0.0, 0.1, 0.3, 0.3]  # 1, 2 and 0 m/s
+    points[:, 2, 2] = [0.0, 0.0, 0.0, 0.3]  # 3 m/s at last, of a point that stands until then
+    rollout = seen(points=points)
+    planted = np.array([[0.0, 0.5, 1.0], [0.0, 0.5, 1.0], [0.0, 0.25, 1.0], [0.0, 0.25, 0.0]])
+    standing = replace(rollout, targets=replace(rollout.targets, planted=planted))
+    assert Planted(1.0, np.array([1, 2]), 0.1).value(standing) == pytest.approx(0.5 * 1.0 + 0.25 * 4.0)
+
+
 # All terms together, on a clip of a person who sways before a camera.
 
 
@@ -177,9 +188,10 @@ def problem(make: type[Makers]) -> Problem:
     problem = make.clip(make.settings(**weights, prior_rate_hz=15.0), fit)
     rng = np.random.default_rng(4)
     scores = rng.uniform(0.2, 1.0, problem.scores.shape)
+    planted = rng.uniform(0.2, 1.0, problem.planted.shape)
     # ranges below what is seen, for most joints
     limits = np.stack((problem.limits_rad[..., 0] - 9.0, np.full((16, 3), -0.4)), axis=-1)
-    return replace(problem, scores=scores, limits_rad=limits)
+    return replace(problem, scores=scores, planted=planted, limits_rad=limits)
 
 
 @pytest.fixture(scope="module")
