@@ -38,8 +38,7 @@ class Setup:
         seed: of all random numbers; the result depends on nothing else, not even on `threads`.
         threads: of the simulator, 0 for one per core; a function is called before each generation.
         shape: of the body, as far as it is known, or None; contacts: what a user wishes of them.
-        start: a finished motion of the same clip, perhaps in another scene, to begin from.
-        fit: the kinematic half on the uniform clock, if it is known; None: it is fitted.
+        start: a finished motion of the clip, perhaps in another scene, to begin from; fit: if it is known.
         observer: is told of the progress, and may stop the run.
         checkpoint: where windows solved under the same `identity`, of job and code, are kept; None: nowhere.
     """
@@ -67,8 +66,7 @@ class Reconstruction:
     Attributes:
         evidence: as it was read; fit: the kinematic half; reference: what the planner made of it.
         problem: what the engine worked on; windows: solved, in order.
-        motion: what was simulated; audit: of the final replay.
-        seconds: wall time by stage; cpu_s: processor time of all stages.
+        motion: what was simulated; audit: of its replay; seconds: by stage; cpu_s: processor time of all.
     """
 
     evidence: Evidence
@@ -86,8 +84,10 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     """Reconstruct a motion that a simulator really executed.
 
     Args:
-        evidence: what one camera saw; scene: what the person may touch.
-        plan: how the clip is cut and optimised; setup: everything else.
+        evidence: what one camera saw.
+        scene: what the person may touch.
+        plan: how the clip is cut and optimised.
+        setup: everything else.
 
     Raises:
         InputError: one of them can't be used, or there is no such planner or engine.

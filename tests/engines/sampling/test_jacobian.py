@@ -101,7 +101,7 @@ def filmed(kind: str) -> Problem:
 
 
 def narrow(problem: Problem) -> Problem:
-    """The same with ranges of the joints that their pose is a little beyond, or within, and half of all planted."""
+    """The same with ranges of the joints that their pose is a little beyond, or within, half planted."""
     pose = rotations.log(problem.orientations[0, 1:])
     limits = np.stack((pose - 0.02, pose - 0.01), axis=-1)
     return replace(problem, limits_rad=limits, planted=np.full_like(problem.planted, 0.5))
