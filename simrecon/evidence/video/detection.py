@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simrecon.errors import InputError
 from simrecon.evidence import cutting
 from simrecon.evidence.cutting import WHOLE, Span
-from simrecon.evidence.video import figures, frames, searching, swaps, weights
+from simrecon.evidence.video import figures, frames, jumps, searching, swaps, weights
 from simrecon.evidence.video import survey as surveys
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.kept import Detection, load, save
@@ -27,7 +27,7 @@ from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 3
+VERSION = 4
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048
@@ -126,6 +126,7 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
     reading = {"fps": look.fps, "interval_s": interval, "turn_deg": look.turn_deg}
     there = surveys.survey(path, network, look.span, _expected(info, look), **reading)
     chosen, begin = _chosen(path, there, look.choice)
+    anchors = {one.row: one.pose for one in there.people[chosen]} if begin is not None else {}
     follower = Tracker(network, look.choice)
     passes, rows = Passes(follower), _Rows()
     numbers: list[int] = []
@@ -135,7 +136,7 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
     for frame in frames.frames(path, look.span, **reading):  # type: ignore[arg-type]
         _check_size(path, frame.image, info.size_px)
         clock = frame.stamp_s if frame.stamp_s > clock else clock + interval * look.span.every
-        here = begin.pose if begin is not None and begin.row == frame.row else None
+        here = anchors.get(frame.row)
         waits = begin is not None and frame.row < begin.row
         rows.set(passes.step(len(stamps), frame.image, clock, here, waits=waits))
         numbers.append(frame.row)
@@ -152,12 +153,15 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
     values = rows.array().astype(float)
     points, scores, world = values[..., :2], np.nan_to_num(values[..., 2]), values[..., 3:6]
     times = _increasing(np.asarray(stamps), interval * look.span.every)
-    swapped = swaps.find(times, points, scores, world, values[:, 0, 6] / BODY_M)
+    scale = values[:, 0, 6] / BODY_M
+    swapped = swaps.find(times, points, scores, world, scale)
+    points, scores = swaps.exchange(points, swapped), swaps.exchange(scores, swapped)
+    scores = np.where(jumps.find(times, points, scale), 0.0, scores)
     return Detection(
         np.asarray(stamps),
         np.asarray(numbers, np.int64),
-        swaps.exchange(points, swapped),
-        swaps.exchange(scores, swapped),
+        points,
+        scores,
         swaps.exchange(world, swapped),
         swapped,
         np.asarray(spent),

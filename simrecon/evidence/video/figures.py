@@ -66,6 +66,11 @@ def same(a: Region, b: Region) -> bool:
     return apart <= SAME_PERSON_MAX * min(a.side_px, b.side_px) and ratio <= SIZE_RATIO_MAX**2
 
 
+def alike(a: Region, b: Region) -> bool:
+    """Whether two regions at one place have about the same size."""
+    return max(a.side_px, b.side_px) <= SIZE_RATIO_MAX * max(min(a.side_px, b.side_px), 1e-6)
+
+
 def colours(image: Image, pose: Pose) -> Array | None:
     """Histogram of the trunk's colours, sum 1; None if too little of it is in the image."""
     corners = pose.points_px[list(TRUNK)]

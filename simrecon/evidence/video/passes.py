@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.evidence.video.blazepose import Image, Pose
-from simrecon.evidence.video.figures import clarity
+from simrecon.evidence.video.figures import alike, clarity, same
 from simrecon.evidence.video.tracker import Tracker
 
 KEPT_MAX = 150
@@ -49,10 +49,11 @@ class Passes:
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
         self._kept: list[_Kept] = []
+        self._doubted, self._losses = False, 0  # since the person was lost, until an anchor agrees
         self.found_backward = 0
 
     def step(
-        self, index: int, image: Image, time_s: float, begin: Pose | None = None, *, waits: bool = False
+        self, index: int, image: Image, time_s: float, anchor: Pose | None = None, *, waits: bool = False
     ) -> dict[int, Pose | None]:
         """One more frame.
 
@@ -60,26 +61,33 @@ class Passes:
             index: of it.
             image: (H, W, 3), blue green red.
             time_s: later than the last one's.
-            begin: the person in this frame, of whom the tracker does not know yet.
+            anchor: the person in this frame as somebody else knows them: where the tracker begins, and
+                where it is corrected.
             waits: whether the tracker is to be told later whom to follow.
 
         Returns:
             Poses by index: of this frame, and of earlier ones that are seen better now.
         """
-        if begin is not None:
-            pose: Pose | None = self._tracker.begin(image, begin, time_s)
-        else:
-            pose = None if waits else self._tracker.step(image, time_s)
-        if pose is None or clarity(pose) < CLEAR:
+        known = self._tracker.knows
+        pose = None if waits or (anchor is not None and not known) else self._tracker.step(image, time_s)
+        self._doubted |= self._tracker.losses > self._losses
+        self._losses = self._tracker.losses
+        wrong = anchor is not None and not _agree(pose, anchor)
+        if anchor is not None and wrong and self._tracker.may_be(image, anchor):
+            pose = self._tracker.begin(image, anchor, time_s)
+        if pose is None or clarity(pose) < CLEAR or (self._doubted and anchor is None):
             _, coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
             self._kept = [*self._kept[-KEPT_MAX + 1 :], _Kept(index, time_s, coded, pose)]
             return {index: pose}
-        better = self._backward(image, pose, time_s) if self._kept else {}
-        self._kept = []
+        better = self._backward(image, pose, time_s, replaces=wrong) if self._kept else {}
+        self._kept, self._doubted = [], False
         return {**better, index: pose}
 
-    def _backward(self, image: Image, pose: Pose, time_s: float) -> dict[int, Pose | None]:
-        """From a frame in which the person is clear over those that were kept."""
+    def _backward(self, image: Image, pose: Pose, time_s: float, *, replaces: bool) -> dict[int, Pose | None]:
+        """From a frame in which the person is clear over those that were kept.
+
+        Where the forward pass turned out wrong, `replaces`, its poses give way up to where both agree.
+        """
         back = self._tracker.reversed(image, pose, time_s)
         better: dict[int, Pose | None] = {}
         lost = 0
@@ -89,8 +97,17 @@ class Passes:
             lost = 0 if seen is not None else lost + 1
             if lost > LOST_MAX:
                 break
-            if seen is None or (kept.pose is not None and clarity(seen) < clarity(kept.pose) + CLEARER):
+            replaces = replaces and not (
+                seen is not None and kept.pose is not None and _agree(kept.pose, seen)
+            )
+            worse = seen is None or (kept.pose is not None and clarity(seen) < clarity(kept.pose) + CLEARER)
+            if worse and not (replaces and seen is not None):
                 continue
             better[kept.index] = seen
         self.found_backward += len(better)
         return better
+
+
+def _agree(pose: Pose | None, anchor: Pose) -> bool:
+    """Whether two poses of a frame are one person's, seen alike."""
+    return pose is not None and same(pose.region, anchor.region) and alike(pose.region, anchor.region)

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simrecon.evidence.video import turned
 from simrecon.evidence.video.blazepose import Image, Pose, Region
 from simrecon.evidence.video.figures import (
     PRESENCE_MIN,
     SIZE_RATIO_MAX,
     bounds,
+    clarity,
     colour_distance,
     colours,
     middle,
@@ -29,7 +31,15 @@ from simrecon.types import Array
 # In sides of the region, about 1.3 times the person's height.
 STEP_MAX, SPEED_MAX_PER_S = 0.05, 4.0  # of the middle of the body, while followed
 SEARCH_MAX, SEARCH_SPEED_PER_S = 0.35, 1.5  # while searched for
-SIZE_GROWTH_PER_S = 1.5
+SIZE_GROWTH_PER_S = 1.0
+SLOW_RATIO_MAX, SIZE_TIME_S = 1.7, 0.5  # of the size that is remembered, which follows the seen one so slowly
+# A pose that is weaker than this is looked for at other angles; another must be clearer by so much, and by
+# twice the cost more if it is upside down.
+CLARITY_WEAK, CLEARER, TURN_COST = 0.5, 0.1, 0.15
+FAST_SHIFT, FAST_TURN_RAD = (
+    0.06,
+    0.12,
+)  # from one frame to the next, in sides of the region; slower is not ahead
 # Bhattacharyya distance of the trunk's colours, 0 the same to 1 nothing in common.
 COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.62, 0.55
 COLOUR_EASE_PER_S, COLOUR_EASE_MAX = 0.2, 0.85  # the limit of the search grows: light changes, people turn
@@ -63,7 +73,8 @@ class Tracker:
     def __init__(self, network: Network, choice: Choice) -> None:
         self._network, self._choice = network, choice
         self._last: Pose | None = None
-        self._last_s = 0.0
+        self._before: Pose | None = None  # of the frame before the last one, if the person was followed
+        self._last_s = self._before_s = self._side_px = 0.0
         self._followed = False
         self._colours: Array | None = None
         self.first: Sequence[Pose] = ()
@@ -81,22 +92,61 @@ class Tracker:
             return self._choose(image, time_s)
         since_s = time_s - self._last_s
         if self._followed:
-            pose = self._network.pose(image, self._last.region)
-            if self._believed(image, pose, STEP_MAX + SPEED_MAX_PER_S * since_s, COLOUR_FOLLOW_MAX, 0.0):
+            pose = self._follow(image, time_s, since_s)
+            if pose is not None:
                 return self._take(image, pose, time_s)
             self._followed = False
             self.losses += 1
         return self._search(image, time_s, since_s)
 
+    def _follow(self, image: Image, time_s: float, since_s: float) -> Pose | None:
+        """The person where they are expected, upright or turned."""
+        ahead = self._ahead(time_s)
+        reach = STEP_MAX + SPEED_MAX_PER_S * since_s
+        pose = self._network.pose(image, ahead)
+        best = pose if self._believed(image, pose, reach, COLOUR_FOLLOW_MAX, 0.0) else None
+        if best is None or clarity(best) < CLARITY_WEAK:
+            for other in turned.poses(self._network, image, ahead):
+                turn = 1 - float(np.cos(other.region.angle_rad - ahead.angle_rad))
+                if best is not None and clarity(other) < clarity(best) + CLEARER + TURN_COST * turn:
+                    continue
+                if self._believed(image, other, reach, COLOUR_FOLLOW_MAX, 0.0):
+                    return other
+        return best
+
+    def _ahead(self, time_s: float) -> Region:
+        """The region of the last frame, moved and turned as from the one before, if that is fast."""
+        last, before = self._last, self._before
+        if last is None or before is None:
+            raise RuntimeError("nobody is followed")
+        region, interval = last.region, self._last_s - self._before_s
+        if interval <= 0:
+            return region
+        share = min((time_s - self._last_s) / interval, 1.0)
+        shift = share * (region.centre_px - before.region.centre_px)
+        turn = share * (np.mod(region.angle_rad - before.region.angle_rad + np.pi, 2 * np.pi) - np.pi)
+        if np.linalg.norm(shift) < FAST_SHIFT * region.side_px and abs(turn) < FAST_TURN_RAD:
+            return region
+        return replace(region, centre_px=region.centre_px + shift, angle_rad=float(region.angle_rad + turn))
+
     def begin(self, image: Image, pose: Pose, time_s: float) -> Pose:
         """Follow the person of a pose, which is of this frame."""
-        self.first, self.chosen = (pose,), 0
+        self.first, self.chosen, self._followed = (pose,), 0, False
         return self._take(image, pose, time_s)
+
+    @property
+    def knows(self) -> bool:
+        """Whether there is somebody whom it follows or searches for."""
+        return self._last is not None
+
+    def may_be(self, image: Image, pose: Pose) -> bool:
+        """Whether a pose can be the person's by its colours, wherever it is."""
+        return colour_distance(self._colours, colours(image, pose)) <= COLOUR_FOLLOW_MAX
 
     def reversed(self, image: Image, pose: Pose, time_s: float) -> Tracker:
         """A tracker of the same person that goes back in time from a frame; its times are negative."""
         other = copy.copy(self)
-        other._last, other._last_s = None, -time_s
+        other._last, other._last_s, other._followed = None, -time_s, False
         other._take(image, pose, -time_s)
         return other
 
@@ -134,6 +184,7 @@ class Tracker:
             pose = self._network.pose(image, candidate.region)
             if self._believed(image, pose, reach, limit, since_s):
                 cost = colour_distance(self._colours, colours(image, pose)) + self._apart(pose.region)
+                cost += 1 - clarity(pose) + self._grown(pose.region)
                 if best is None or cost < best[0]:
                     best = cost, pose
         return None if best is None else self._take(image, best[1], time_s)
@@ -146,6 +197,11 @@ class Tracker:
         apart = np.linalg.norm(region.centre_px - last.region.centre_px)
         return float(apart) / last.region.side_px
 
+    def _grown(self, region: Region) -> float:
+        """Logarithm of the region's size over that of the last one, without its sign."""
+        last = self._last
+        return 0.0 if last is None else abs(float(np.log(region.side_px / max(last.region.side_px, 1e-6))))
+
     def _near(self, region: Region, reach: float) -> bool:
         return self._apart(region) <= reach
 
@@ -156,6 +212,7 @@ class Tracker:
         before = self._last.region
         ratio = pose.region.side_px / max(before.side_px, 1e-6)
         limit = SIZE_RATIO_MAX * (1 + SIZE_GROWTH_PER_S * since_s)
+        slow = float(np.log(SLOW_RATIO_MAX * (1 + SIZE_GROWTH_PER_S * since_s)))
         height, width = image.shape[:2]
         x, y = pose.region.centre_px
         half = pose.region.side_px / 2
@@ -165,6 +222,7 @@ class Tracker:
             inside
             and apart <= reach
             and 1 / limit <= ratio <= limit
+            and abs(float(np.log(pose.region.side_px / max(self._side_px, 1e-6)))) <= slow
             and colour_distance(self._colours, colours(image, pose)) <= colour_max
         )
 
@@ -177,5 +235,10 @@ class Tracker:
             step = (1 - apart / COLOUR_FOLLOW_MAX) * min((time_s - self._last_s) / COLOUR_TIME_S, 0.2)
             share = step if apart < COLOUR_FOLLOW_MAX else 1.0  # found by the eased limit: as from now
             self._colours = (1 - share) * self._colours + share * seen
+        share = min(abs(time_s - self._last_s) / SIZE_TIME_S, 0.2) if self._followed else 1.0
+        self._side_px += share * (pose.region.side_px - self._side_px)
+        self._before, self._before_s = (self._last, self._last_s) if self._followed else (None, time_s)
+        if self._before is None:
+            self._before = pose
         self._last, self._last_s, self._followed = pose, time_s, True
         return pose
