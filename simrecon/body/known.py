@@ -35,7 +35,12 @@ def of_mjcf(text: str, height_m: float) -> Body:
         bodies = np.array([model.body(name).id for name in unit.names])
         sites = np.array([model.site(name).id for name in unit.point_names])
         parts = tuple(_primitive(model, spec, entry) for entry in primitives.entries())
-    except (ValueError, KeyError, mujoco.FatalError, mujoco.UnexpectedError, UserWarning) as error:
+    except KeyError as error:  # MuJoCo lists all valid names behind the one that is not there
+        missing = str(error.args[0]).partition(". Valid names")[0]
+        raise InputError(
+            f"model of the person: {missing}; valid: the model of a result of this version"
+        ) from error
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError, UserWarning) as error:
         raise InputError(f"model of the person: {error}; valid: the model of a result") from error
     turns = model.body_quat[bodies]
     if not np.isfinite(turns).all() or not turns.any(axis=1).all():

@@ -62,7 +62,9 @@ def export(
     """
     for name in formats:
         if name not in EXPORTS:
-            raise InputError(f"--to: found {name}{hint(name, FORMATS)}; valid: {', '.join(FORMATS)}")
+            raise InputError(
+                f"--to: found {name or 'nothing between commas'}{hint(name, FORMATS)}; valid: {', '.join(FORMATS)}"
+            )
     choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -140,3 +141,18 @@ def test_the_command_says_what_is_valid(finished: Path, capsys: pytest.CaptureFi
     assert "--to: found bhv, did you mean 'bvh'?; valid: bvh" in capsys.readouterr().err
     assert cli.main(["export", str(finished), "--to", "trc", "--of", "fit", "--fps", "60"]) == 0
     assert "motion.trc" in capsys.readouterr().out
+
+
+def test_a_result_of_an_earlier_version_is_one_line(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(finished, old)
+    model = (old / "model.xml").read_text(encoding="utf-8")
+    (old / "model.xml").write_text(model.replace('name="skull_base"', 'name="other"'), encoding="utf-8")
+    assert cli.main(["export", str(old), "--to", "bvh"]) == 2
+    said = capsys.readouterr().err
+    assert "Invalid name 'skull_base'; valid: the model of a result of this version" in said
+    assert said.count("\n") == 1
+    assert cli.main(["export", str(finished), "--to", "bvh,,trc"]) == 2
+    assert "--to: found nothing between commas; valid: bvh" in capsys.readouterr().err
