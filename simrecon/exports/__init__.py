@@ -62,9 +62,8 @@ def export(
     """
     for name in formats:
         if name not in EXPORTS:
-            raise InputError(
-                f"--to: found {name or 'nothing between commas'}{hint(name, FORMATS)}; valid: {', '.join(FORMATS)}"
-            )
+            found = f"{name}{hint(name, FORMATS)}" if name else "nothing between commas"
+            raise InputError(f"--to: found {found}; valid: {', '.join(FORMATS)}")
     choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)
