@@ -83,7 +83,7 @@ class Forces:
     def __init__(self, view: Any, name: str, clip: Clip, colour: tuple[int, int, int]) -> None:
         self._clip = clip
         self._arrows = view.add_arrows(
-            name, _NONE, colour, shaft_radius=0.008, head_radius=0.022, head_length=0.05
+            name, _NONE, colour, shaft_radius=0.014, head_radius=0.035, head_length=0.07
         )
 
     def show(self, frame: int) -> None:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from simrecon.drawing.video import Image
 from simrecon.errors import InputError
-from simrecon.studio import placing, shapes
+from simrecon.studio import shapes
 from simrecon.studio.clip import Clip
 from simrecon.studio.document import Document
-from simrecon.studio.latest import Latest
+from simrecon.studio.gizmo import Gizmos, pose_of
 from simrecon.studio.penetration import Inside
 from simrecon.types import Array, Ground, Scene, SceneItem
 
@@ -26,22 +26,17 @@ class Furniture:
     """Floor and items of a document, as viser draws them.
 
     Attributes:
-        chosen: name of the item that the gizmo is at; empty: none.
-        snap: to centimetres and to 5°.
-        floor: items stay on the floor.
+        chosen: name of the item that the handles are at; empty: none.
+        gizmos: the handles.
     """
 
     def __init__(self, view: Any, on_choice: Callable[[str], None]) -> None:
         self._view, self._on_choice = view, on_choice
-        self.chosen, self.snap, self.floor = "", True, True
+        self.chosen, self.gizmos = "", Gizmos(view)
         self._frames: dict[str, Any] = {}
         self._meshes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Any, ...]] = {}
         self._ground: tuple[Any, Any] | None = None
-        self._gizmo: Any = None
-        self._document: Document | None = None
-        self._held = False
-        self._follow = Latest(self._edit)
 
     def draw(self, document: Document, inside: tuple[Inside, ...]) -> None:
         """Draw the scene as it is now; what has not changed stays."""
@@ -55,7 +50,7 @@ class Furniture:
             self._draw_item(item, scene, item.name in deep)
         if self.chosen and self.chosen not in items:
             self.chosen = ""
-        self._draw_gizmo(document)
+        self.gizmos.show(document, self.chosen)
 
     def choose(self, name: str, document: Document, inside: tuple[Inside, ...]) -> None:
         """Put the gizmo at an item; empty: nowhere."""
@@ -66,10 +61,10 @@ class Furniture:
         """Movable items where a motion has them, those that are as they were simulated; others at rest."""
         simulated = {} if clip is None else {item.name: item for item in clip.scene.items}
         for item in scene.items:
-            if item.mass_kg is None or self._held:
+            if item.mass_kg is None or self.gizmos.held:
                 continue
             moved = clip.moved.get(item.name) if clip is not None else None
-            pose = moved[frame] if moved is not None and simulated.get(item.name) == item else _pose(item)
+            pose = moved[frame] if moved is not None and simulated.get(item.name) == item else pose_of(item)
             self._place(item.name, pose)
 
     def reset(self) -> None:
@@ -77,7 +72,7 @@ class Furniture:
         for name in list(self._frames):
             self._forget(name)
         self.chosen = ""
-        self._hide_gizmo()
+        self.gizmos.show(Document(""), "")
 
     def _draw_ground(self, ground: Ground, deep: bool) -> None:
         key = (ground, deep)
@@ -111,7 +106,7 @@ class Furniture:
         elif self._drawn[item.name][1] != colour:
             self._meshes[item.name].color = colour
             self._drawn[item.name] = (shape, colour)
-        self._place(item.name, _pose(item))
+        self._place(item.name, pose_of(item))
 
     def _add(self, item: SceneItem, scene: Scene, colour: tuple[int, int, int]) -> None:
         node = f"/items/{_node(item.name)}"
@@ -137,47 +132,6 @@ class Furniture:
             self._meshes.pop(name)
             self._drawn.pop(name, None)
 
-    def _draw_gizmo(self, document: Document) -> None:
-        if not self.chosen:
-            self._hide_gizmo()
-            return
-        if self._held:
-            return
-        pose = _pose(document.item(self.chosen))
-        if self._gizmo is None:
-            self._gizmo = self._view.add_transform_controls(
-                "/gizmo", scale=0.7, rotation_limits=((0, 0), (0, 0), (-10.0, 10.0)), depth_test=False
-            )
-            self._gizmo.on_update(self._dragged)
-        self._document = document
-        self._gizmo.position, self._gizmo.wxyz = pose[:3], pose[3:]
-
-    def _hide_gizmo(self) -> None:
-        if self._gizmo is not None:
-            self._gizmo.remove()
-            self._gizmo = None
-
-    def _dragged(self, event: Any) -> None:
-        """The gizmo was grabbed, moved or let go."""
-        document = self._document
-        if event.phase == "start":
-            self._held = True
-        self._follow.ask()
-        if event.phase == "end" and document is not None:
-            self._held = False
-            document.settle()
-            self._draw_gizmo(document)
-
-    def _edit(self) -> None:
-        """The item goes where the gizmo is: an edit, which is one to undo until the gizmo is let go."""
-        document, gizmo = self._document, self._gizmo
-        if document is None or gizmo is None or not self.chosen:
-            return
-        item = document.item(self.chosen)
-        values = moved(item, document.scene, gizmo.position, gizmo.wxyz, self.snap, self.floor)
-        if values:
-            document.set(item.name, values, merge="drag")
-
 
 def floor_image(colour: tuple[int, int, int]) -> Image:
     """A floor as a picture, which is drawn faster than lines: lines each metre, finer ones each 25 cm."""
@@ -188,30 +142,6 @@ def floor_image(colour: tuple[int, int, int]) -> Image:
         for line in np.arange(0, size, each_m * _PXPM).astype(int):
             image[line : line + wide] = image[:, line : line + wide] = shade
     return image
-
-
-def moved(
-    item: SceneItem, scene: Scene, position_m: Any, turn: Any, snap: bool, floor: bool
-) -> Mapping[str, Any]:
-    """Keys of an item that a place (3,) and an orientation (4,) of the gizmo change."""
-    x, y, z = (float(value) for value in position_m)
-    yaw = 2 * math.atan2(float(turn[3]), float(turn[0]))
-    if snap:
-        (x, y, z), yaw = placing.snapped_place((x, y, z)), placing.snapped_turn(yaw)
-    if floor:
-        z = placing.on_floor(scene, x, y)
-    values: dict[str, Any] = {}
-    if np.abs(np.subtract((x, y, z), item.position_m)).max() > 1e-6:
-        values["position_m"] = [round(x, 4), round(y, 4), round(z, 4)]
-    if abs(math.remainder(yaw - item.yaw_rad, 2 * math.pi)) > 1e-3:
-        values["yaw_rad"] = round(math.remainder(yaw, 2 * math.pi), 4)
-    return values
-
-
-def _pose(item: SceneItem) -> Array:
-    """Place and orientation of an item at rest (7,)."""
-    half = item.yaw_rad / 2
-    return np.array([*item.position_m, math.cos(half), 0.0, 0.0, math.sin(half)])
 
 
 def _node(name: str) -> str:

@@ -106,10 +106,10 @@ class ScenePanel(Panel):
         self.stage.choose(tab.document.add(kind, place, **more))
 
     def _snap(self, on: bool) -> None:
-        self.stage.furniture.snap = bool(on)
+        self.stage.furniture.gizmos.snap = bool(on)
 
     def _to_floor(self, on: bool) -> None:
-        self.stage.furniture.floor = bool(on)
+        self.stage.furniture.gizmos.floor = bool(on)
         chosen = self.stage.furniture.chosen
         if on and chosen:
             x, y, _ = self.tab.document.item(chosen).position_m

@@ -17,6 +17,9 @@ from simrecon.studio.tab import Tab
 
 A_COLOUR, B_COLOUR, GHOST_COLOUR = (88, 132, 196), (224, 138, 60), (110, 118, 130)
 
+_THIN = 0.72
+"""Of a person in whom arrows of forces are to be seen."""
+
 
 @dataclass
 class Looks:
@@ -71,10 +74,11 @@ class Stage:
                 return
             self.furniture.draw(tab.document, tab.inside)
             first, second = tab.clip, tab.preview
+            solid = _THIN if self.looks.forces and not self.looks.skin else None
             shown = {
-                "a": (first, first.qpos if first else None, A_COLOUR, None, self.looks.before),
+                "a": (first, first.qpos if first else None, A_COLOUR, solid, self.looks.before),
                 "ghost": (first, _ghost(first), GHOST_COLOUR, 0.35, self.looks.ghost),
-                "b": (second, second.qpos if second else None, B_COLOUR, None, self.looks.after),
+                "b": (second, second.qpos if second else None, B_COLOUR, solid, self.looks.after),
             }
             for name, (clip, qpos, colour, opacity, visible) in shown.items():
                 self._draw_figure(name, clip, qpos, colour, opacity, visible)
@@ -108,7 +112,7 @@ class Stage:
     def _draw_figure(
         self, name: str, clip: Clip | None, qpos: Any, colour: Any, opacity: float | None, visible: bool
     ) -> None:
-        key = (clip, None if qpos is None else len(qpos), self.looks.skin)
+        key = (clip, None if qpos is None else len(qpos), self.looks.skin, opacity)
         if self._drawn.get(name) != key:
             if name in self._figures:
                 self._figures.pop(name).remove()

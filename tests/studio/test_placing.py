@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from simrecon import scene as scenes
 from simrecon.studio import placing
-from simrecon.studio.furnishing import floor_image, moved
+from simrecon.studio.furnishing import floor_image
+from simrecon.studio.gizmo import SIDES, corner_of, moved, sized
 from simrecon.types import Ground, Scene, SceneItem
 
 
@@ -47,6 +49,34 @@ def test_the_gizmo_moves_and_turns_an_item_snapped_and_on_the_floor() -> None:
     free = moved(chair, Scene(), (0.5041, 0.0, 0.3333), (1.0, 0.0, 0.0, 0.0), False, False)
     assert free == {"position_m": [0.5041, 0.0, 0.3333]}
     assert moved(chair, Scene(), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), True, True) == {}
+
+
+@pytest.mark.parametrize("kind", ["box", *SIDES])
+def test_the_corner_makes_an_item_larger(kind: str) -> None:
+    """Turned by 90°, along its own x; where the corner is, nothing changes."""
+    more: dict[str, object] = {"size_m": [0.4, 1.2, 0.4]} if kind == "box" else {}
+    more = {"length_m": 2.0, "width_m": 0.1, "height_m": 0.1} if kind == "beam" else more
+    thing = item(kind, yaw_rad=math.pi / 2, **more)
+    corner = corner_of(thing)
+    assert corner is not None
+    assert sized(thing, corner, False) == {}
+    wanted = sized(thing, corner + np.array([0.0, 0.05, 0.0]), False)
+    if kind == "box":
+        assert wanted == {"size_m": [0.5, 1.2, 0.4]}
+        return
+    name = SIDES[kind][0]
+    assert wanted == {name: pytest.approx(float(str(thing.parameters[name])) + 0.1)}
+    least = sized(thing, corner - np.array([0.0, 99.0, 0.0]), True)[name]
+    assert scenes.item({**scene_table(thing), name: least}, "test").parameters[name] == least
+
+
+def scene_table(thing: SceneItem) -> dict[str, object]:
+    return {"name": "x", "kind": thing.kind, "position_m": [0, 0, 0], **thing.parameters}
+
+
+def test_a_ball_has_no_corner() -> None:
+    assert corner_of(item("ball", radius_m=0.2)) is None
+    assert sized(item("ball", radius_m=0.2), (1.0, 1.0, 1.0), True) == {}
 
 
 def test_the_floor_has_lines() -> None:
