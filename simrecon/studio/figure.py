@@ -99,11 +99,12 @@ class Forces:
         self._arrows.remove()
 
 
-_NONE = np.zeros((1, 2, 3))
+_NONE = np.array([[[0.0, 0.0, -50.0], [0.0, 0.0, -49.9]]])
+"""An arrow that nobody sees: one without length can't be drawn."""
 
 
 def arrows(clip: Clip, frame: int) -> Array:
-    """From and to of the forces in a frame (N, 2, 3); one without length where there is none."""
+    """From and to of the forces in a frame (N, 2, 3); one far under the floor where there is none."""
     motion = clip.motion
     if motion is None or motion.frame_step[frame] <= 0 or motion.begins[frame]:
         return _NONE

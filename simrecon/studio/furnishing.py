@@ -67,6 +67,11 @@ class Furniture:
             pose = moved[frame] if moved is not None and simulated.get(item.name) == item else pose_of(item)
             self._place(item.name, pose)
 
+    def see_floor(self, visible: bool) -> None:
+        """Show the floor, or not: it is in the way of a video behind it."""
+        if self._ground is not None:
+            self._ground[1].visible = visible
+
     def reset(self) -> None:
         """Another document: nothing is drawn of the one before."""
         for name in list(self._frames):

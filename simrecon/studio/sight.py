@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from simrecon.drawing.video import Image
 from simrecon.errors import InputError
 from simrecon.studio import camera as cameras
@@ -50,10 +52,11 @@ class Sight:
         if self._frustum is not None:
             self._frustum.visible = visible
 
-    def show(self, frame: int, frustum: bool, underlay: bool) -> None:
+    def show(self, frame: int, frustum: bool, aspect: float | None) -> None:
         """Show a frame; browsers may take long over a picture: while the cursor moves, not all are shown."""
         if self._seen is None or self._frustum is None:
             return
+        self._frustum.visible = frustum
         self._frustum.position, self._frustum.wxyz = self._seen.pose(frame)
         now, image = time.monotonic(), self._images.get(frame)
         self.late = now - self._pictured < self._wait_s
@@ -62,7 +65,7 @@ class Sight:
         self._pictured = now
         if image is not None and frustum:
             self._frustum.image = image
-        self._lay_under(image if underlay else None)
+        self._lay_under(None if image is None or aspect is None else framed(image, aspect))
 
     def hurry(self) -> None:
         """The next picture is shown at once."""
@@ -119,3 +122,18 @@ class Sight:
             return
         self._under = image is not None
         self._scene.set_background_image(image, format="jpeg", jpeg_quality=70)
+
+
+def framed(image: Image, aspect: float) -> Image:
+    """An image with bars beside it, or above and below, so that it fills a view of another shape undistorted.
+
+    Args:
+        image: (H, W, 3).
+        aspect: width over height of the view.
+    """
+    height, width = image.shape[:2]
+    wide, high = max(width, round(height * aspect)), max(height, round(width / aspect))
+    page = np.full((high, wide, 3), 235, np.uint8)
+    y, x = (high - height) // 2, (wide - width) // 2
+    page[y : y + height, x : x + width] = image
+    return page

@@ -73,6 +73,7 @@ class Stage:
             if tab is None:
                 return
             self.furniture.draw(tab.document, tab.inside)
+            self.furniture.see_floor(not self.looks.underlay)
             first, second = tab.clip, tab.preview
             solid = _THIN if self.looks.forces and not self.looks.skin else None
             shown = {
@@ -107,7 +108,8 @@ class Stage:
             second = tab.preview if tab.after is not None else None
             moving = second if second is not None and self.looks.after else clip
             self.furniture.show(moving, moving.frame_at(time_s), tab.document.scene)
-            self._sight.show(frame, self.looks.frustum, self.looks.underlay)
+            under = self.looks.underlay
+            self._sight.show(frame, self.looks.frustum and not under, self._aspect() if under else None)
 
     def _draw_figure(
         self, name: str, clip: Clip | None, qpos: Any, colour: Any, opacity: float | None, visible: bool
@@ -136,7 +138,7 @@ class Stage:
             if name in self._forces:
                 self._forces.pop(name).remove()
             if clip is not None and clip.motion is not None:
-                colour = (30, 90, 200) if name == "a" else (220, 90, 20)
+                colour = (16, 140, 70) if name == "a" else (190, 40, 120)
                 self._forces[name] = Forces(self._server.scene, f"/forces-{name}", clip, colour)
             self._drawn[f"forces {name}"] = key
         if name in self._forces:
@@ -161,6 +163,11 @@ class Stage:
         with client.atomic():
             client.camera.wxyz, client.camera.position = turn, place
             client.camera.fov = fov
+
+    def _aspect(self) -> float:
+        """Width over height of the view, in the first browser."""
+        shapes = [client.camera.aspect for client in self._server.get_clients().values()]
+        return float(shapes[0]) if shapes else 16 / 9
 
     def _again(self) -> None:
         """Show the frame of the cursor anew."""
