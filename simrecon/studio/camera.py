@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from simrecon import kinematics
 from simrecon.body import names
 from simrecon.drawing import video
 from simrecon.drawing.video import Image
@@ -91,11 +92,14 @@ def _small(image: Image) -> Image:
 def _resected(clip: Clip, evidence: Evidence) -> Camera | None:
     """A camera that stands still, from which the points of the motion are where the landmarks were seen."""
     camera = evidence.camera
-    if camera is None or clip.motion is None or len(evidence.times_s) != clip.frames:
+    if camera is None or len(evidence.times_s) != clip.frames:
         return None
     points = names.resolve(evidence.keypoint_names)
     known = points != names.IGNORED
-    world = clip.motion.joints_m[:, points[known]].reshape(-1, 3)
+    fitted = kinematics.configurations(clip.body, clip.asked_qpos)[
+        1
+    ]  # nearer to the landmarks than simulated
+    world = fitted[:, points[known]].reshape(-1, 3)
     pixels = evidence.keypoints_px[:, known].reshape(-1, 2)
     sure = np.isfinite(pixels).all(axis=1) & (evidence.scores[:, known].ravel() > _SURE)
     if sure.sum() < _LEAST_POINTS:

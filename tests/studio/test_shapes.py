@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
+from simrecon import kinematics
 from simrecon import scene as scenes
 from simrecon.body import shape
+from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.pipeline import Reconstruction
 from simrecon.results import Result
@@ -85,7 +87,13 @@ def test_a_camera_that_nothing_says_is_found_again(run: Reconstruction, tab: Tab
     assert found is not None
     assert known is not None
     assert (found.found, known.found) == (True, False)
-    assert found.pose(0)[0] == pytest.approx(known.pose(0)[0], abs=0.1)
+    assert found.pose(0)[0] == pytest.approx(known.pose(0)[0], abs=0.5)  # a hasty fit is beside the truth
+    points = kinematics.configurations(seen.body, seen.asked_qpos)[1]
+    off = [
+        np.linalg.norm(cameras.project(one.camera, points) - run.evidence.keypoints_px, axis=-1).mean()
+        for one in (found, known)
+    ]
+    assert off[0] <= off[1]
     assert found.video is None
     assert camera.images(found, seen.times_s) == []
     assert known.fov_rad == pytest.approx(2 * np.arctan(240 / 600))
