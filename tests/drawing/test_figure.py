@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,17 @@ def test_what_the_scene_pushes_is_marked_on_the_skin(run: Any) -> None:
         )
         hue = image.astype(int) @ np.array([-1, -1, 2])  # red against blue and green
         assert (hue[150:] > 0.5 * np.array(TOUCHES) @ [-1, -1, 2]).sum() > 10, style
+
+
+@pytest.mark.slow
+def test_a_frame_of_a_skin_takes_at_most_40_ms(painter: Painter) -> None:
+    size = (960, 540)
+    scale = np.array(size) / painter.camera.lens.image_size_px
+    view, image = View(np.zeros(2), scale, size), np.zeros((540, 960, 3), np.uint8)
+    start = time.process_time()
+    for _ in range(20):
+        painter.draw(3, view, image.copy())
+    assert (time.process_time() - start) / 20 < 0.04
 
 
 def test_areas_are_negative_from_behind() -> None:

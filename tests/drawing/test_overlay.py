@@ -426,7 +426,7 @@ def test_unwritable_places(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_frame_takes_at_most_15_ms() -> None:
+def test_a_frame_takes_at_most_20_ms() -> None:
     extra = "".join(
         f'<body name="l_{i}"><geom type="capsule" fromto="{i / 20} 0 -.3 {i / 20} 0 .3" size=".08"/></body>'
         for i in range(-11, 12)
@@ -437,7 +437,7 @@ def test_a_frame_takes_at_most_15_ms() -> None:
     start = time.process_time()
     for _ in overlay.render(shown, images):
         pass
-    assert (time.process_time() - start) / 50 < 0.015
+    assert (time.process_time() - start) / 50 < 0.02
 
 
 # --- work that is bounded by what can be seen
