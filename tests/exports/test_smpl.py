@@ -165,7 +165,10 @@ def test_protomotions_bodies_have_our_axes_and_true_contacts(state: dict[str, An
         off = rotations.angle_between(rotations.canonical(wxyz), view.segments.quats[:, names.index(segment)])
         assert off.max() < 2e-3
     foot = state["rigid_body_pos"][:, order.index("R_Ankle")]
-    np.testing.assert_allclose(foot, view.segments.origins_m[:, names.index("right_ankle")], atol=1e-5)
+    row = names.index("right_ankle")
+    off = np.linalg.norm(foot - view.segments.origins_m[:, row], axis=-1)
+    assert off[view.touching[:, row]].max() < 1e-5  # a foot that stands
+    assert off.max() < 5e-3
     touching = view.touching[:, names.index("left_ankle")]
     np.testing.assert_array_equal(state["rigid_body_contacts"][:, order.index("L_Toe")], touching)
     assert touching.any()
@@ -191,5 +194,7 @@ def test_layout_of_holosoma(finished: Path, view: ResultView, tmp_path: Path) ->
         places, names = file["global_joint_positions"], file["joint_names"].tolist()
         assert places.shape == (len(view.times_s), 22, 3)
         assert float(file["height"]) == pytest.approx(view.body.height_m)
-    ankle = view.segments.origins_m[:, view.body.skeleton.names.index("left_ankle")]
-    np.testing.assert_allclose(places[:, names.index("left_ankle")], ankle, atol=1e-5)
+    row = view.body.skeleton.names.index("left_ankle")
+    off = np.linalg.norm(places[:, names.index("left_ankle")] - view.segments.origins_m[:, row], axis=-1)
+    assert off[view.touching[:, row]].max() < 1e-5  # a foot that stands
+    assert off.max() < 5e-3
