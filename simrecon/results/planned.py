@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.metrics.dynamics import GRAVITY_MPS2
+from simrecon.metrics.dynamics import GRAVITY_MPS2, grf_norm_pct
 from simrecon.pipeline import Reconstruction
+from simrecon.types import Reference
 
 PERCENTILE = 95.0
 
@@ -24,4 +25,13 @@ def make(run: Reconstruction) -> dict[str, float] | None:
     return {
         "wrench_force_pct": 100.0 * float(np.percentile(force, PERCENTILE)),
         "wrench_moment_pct": 100.0 * float(np.percentile(moment, PERCENTILE)),
+        **_pushed(run.reference, run.fit.body.mass_kg),
     }
+
+
+def _pushed(reference: Reference, mass_kg: float) -> dict[str, float]:
+    """Mean and most of the norm of the planned ground reaction force (Rempe 2020, table 2)."""
+    if reference.contact_force_N is None:
+        return {}
+    norm = grf_norm_pct(reference.contact_force_N.sum(axis=1), mass_kg)  # (T,)
+    return {"grf_mean_pct": float(norm.mean()), "grf_max_pct": float(norm.max())}

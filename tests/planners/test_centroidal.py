@@ -135,6 +135,28 @@ def test_slippery_ground_lowers_the_pyramid() -> None:
     assert (np.abs(force[..., :2]) <= 0.05 * force[..., 2:] + 0.1).all()
 
 
+@pytest.mark.parametrize(("mass_kg", "distribution"), [(36.5, "heavy_head"), (146.0, "heavy_arms")])
+def test_other_characters_stand_too(mass_kg: float, distribution: str) -> None:
+    """Rempe 2020, appendix D: forces that a point may exert grow with the mass."""
+    body = rigid.person(mass_kg, distribution)
+    found = at_frames(solved(rigid.fit(np.zeros((16, 3)), np.ones(16), body)))
+    assert found.notes == ()
+    total = np.trapezoid(found.force_N.sum(axis=0)[:, 2], found.times_s) / found.times_s[-1]
+    assert total == pytest.approx(9.81 * mass_kg, rel=0.01)
+
+
+def test_the_paper_s_way_has_the_acceleration_of_the_forces_at_its_points() -> None:
+    points = replace(settings(), checks=replace(settings().checks, integral_points=0))
+    fit = rigid.jump(flight_s=0.3)
+    found = stages.solve(inputs(fit, points), points)
+    assert found.end.converged
+    at = np.linspace(0.0, 1.3, 14)
+    total = sum(limb.force.at(at) for limb in found.model.limbs)
+    values = ca.Function("at", [found.model.x], [found.model.com.at(at, 2), total])(found.end.x)
+    acceleration, force = (np.array(value) for value in values)
+    np.testing.assert_allclose(acceleration / 9.81 + [0.0, 0.0, 1.0], force, atol=1e-3)
+
+
 def test_the_moments_are_the_rate_of_change_of_angular_momentum() -> None:
     rng = np.random.default_rng(2)
     axes, inertia = (2, 0, 1), np.diag([9.0, 8.0, 1.5]) + 0.3

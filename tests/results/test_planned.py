@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from simrecon import replay, results
+from simrecon.cli import summary
 from simrecon.evaluation import scores
 from simrecon.metrics.truth import TRUTH_SCHEMA
 from simrecon.results import planned
@@ -64,3 +65,23 @@ def test_the_report_says_what_a_plan_leaves_unexplained(run: Any, tmp_path: Path
     results.write(job_of(tmp_path / "r"), run)
     said = json.loads((tmp_path / "r" / "report.json").read_text(encoding="utf-8"))["planned"]
     assert said == {"wrench_force_pct": pytest.approx(10), "wrench_moment_pct": pytest.approx(2)}
+
+
+def test_the_report_has_planned_forces_and_what_the_planner_says(run: Any, tmp_path: Path) -> None:
+    """Two contacts share the weight; in one frame each carries all of it."""
+    body, count = run.fit.body, len(run.fit.times_s)
+    force = np.zeros((count, 2, 3))
+    force[..., 2] = 0.5 * body.mass_kg * 9.81
+    force[3] *= 2
+    reference = replace(
+        run.reference,
+        root_wrench=np.zeros((count, 6)),
+        contact_force_N=force,
+        notes=("breaks forces at 0.10 s",),
+    )
+    results.write(job_of(tmp_path / "r"), replace(run, reference=reference))
+    report = json.loads((tmp_path / "r" / "report.json").read_text(encoding="utf-8"))
+    assert report["planned"]["grf_max_pct"] == pytest.approx(200)
+    assert report["planned"]["grf_mean_pct"] == pytest.approx(100 * (1 + 1 / count))
+    assert report["planner_notes"] == ["breaks forces at 0.10 s"]
+    assert "plan     breaks forces at 0.10 s" in summary.of(results.open_result(tmp_path / "r"))
