@@ -22,7 +22,7 @@ ca = pytest.importorskip("casadi", reason="needs CasADi: install the extra centr
 from simrecon.planners.centroidal import geometric, stages  # noqa: E402
 from simrecon.planners.centroidal.planned import Planned, at_frames  # noqa: E402
 from simrecon.planners.centroidal.residual import wrench  # noqa: E402
-from simrecon.planners.centroidal.rotation import rotation, turning  # noqa: E402
+from simrecon.planners.centroidal.rotation import momentum, rotation, turning  # noqa: E402
 from simrecon.planners.centroidal.stages import Solved  # noqa: E402
 from simrecon.planners.soft_contact.masses import Masses  # noqa: E402
 
@@ -161,9 +161,9 @@ def test_the_moments_are_the_rate_of_change_of_angular_momentum() -> None:
     rng = np.random.default_rng(2)
     axes, inertia = (2, 0, 1), np.diag([9.0, 8.0, 1.5]) + 0.3
     start, first, second = 0.3 * rng.standard_normal((3, 3))
-    held = rotation(axes)
+    held, own = rotation(axes), momentum(axes)
 
-    def momentum(t: Array) -> Array:
+    def moved(t: Array) -> Array:
         """In the world, at time t (1,)."""
         turn = start + first * t + 0.5 * second * t**2
         ahead = [np.array(held((turn + s * (first + second * t)).reshape(1, 3))) for s in (1e-6, -1e-6)]
@@ -172,7 +172,9 @@ def test_the_moments_are_the_rate_of_change_of_angular_momentum() -> None:
         spin = np.array([crossed[2, 1], crossed[0, 2], crossed[1, 0]])
         return np.asarray(here @ inertia @ spin)
 
-    rate = (momentum(np.array([1e-4])) - momentum(np.array([-1e-4]))) / 2e-4
+    rate = (moved(np.array([1e-4])) - moved(np.array([-1e-4]))) / 2e-4
+    at_once = own(start.reshape(1, 3), first.reshape(1, 3), inertia, np.zeros((1, 3)))
+    np.testing.assert_allclose(np.array(at_once).ravel(), moved(np.zeros(1)), atol=1e-6)
     left = turning(axes)(
         *(value.reshape(1, 3) for value in (start, first, second)), inertia, rate.reshape(1, 3)
     )

@@ -67,6 +67,30 @@ def test_inertia_and_centre_are_those_of_the_body() -> None:
     assert found.mass_kg == pytest.approx(rigid.MASS_KG)
 
 
+def test_limbs_that_move_have_the_rest_of_the_angular_momentum() -> None:
+    """MuJoCo's, of who turns and swings an arm, less that of a rigid body that turns with the root."""
+    fit = rigid.jump()
+    times, arm = fit.times_s, fit.body.skeleton.names.index("left_shoulder")
+    qpos = fit.qpos.copy()
+    qpos[:, 3:7] = rotations.exp(0.8 * times[:, None] * np.array([0.1, 0.2, 1.0]))
+    swing = rotations.exp(np.sin(4 * times)[:, None] * np.array([1.0, 0.0, 1.0]))
+    place = slice(3 + 4 * arm, 7 + 4 * arm)
+    qpos[:, place] = rotations.multiply(qpos[:, place], swing)
+    found = made(replace(fit, qpos=qpos))
+    model = mujoco.MjModel.from_xml_string(fit.body.mjcf)
+    data, frame = mujoco.MjData(model), 20
+    velocity = np.zeros(model.nv)
+    mujoco.mj_differentiatePos(model, velocity, 2 * rigid.FRAME_S, qpos[frame - 1], qpos[frame + 1])
+    data.qpos[:], data.qvel[:] = qpos[frame], velocity
+    mujoco.mj_forward(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    spin = velocity[3:6]  # on the axes of the root
+    held = data.xmat[1].reshape(3, 3)
+    own = held @ (found.inertia[frame] @ spin + found.swing[frame])
+    np.testing.assert_allclose(own, data.subtree_angmom[1], atol=0.1)
+    assert np.linalg.norm(found.swing[frame]) > 0.3
+
+
 def test_feet_have_four_points_in_two_pairs_that_legs_reach() -> None:
     found = made(rigid.jump())
     assert [target.point.name for target in found.targets] == list(rigid.FEET)

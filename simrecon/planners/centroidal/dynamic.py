@@ -10,15 +10,17 @@ from simrecon.planners.centroidal.curves import AXES, Symbols
 from simrecon.planners.centroidal.laws import Law, grid, interpolated, law, smooth
 from simrecon.planners.centroidal.limbs import Limb
 from simrecon.planners.centroidal.model import Model
-from simrecon.planners.centroidal.rotation import turning
+from simrecon.planners.centroidal.rotation import momentum, turning
 from simrecon.types import Array
 
 
 def of_forces(model: Model) -> list[Law]:
     """The laws of motion, and what contacts can exert."""
     times = grid(float(model.inputs.times_s[-1]), model.settings.checks.dynamics_s)
-    linear = integrals if model.settings.checks.integral_points else forces
-    laws = [*linear(model, times), moments(model, times)]
+    if model.settings.checks.integral_points:
+        laws = [*integrals(model, times), impulses(model, times)]
+    else:
+        laws = [*forces(model, times), moments(model, times)]
     for limb in model.limbs:
         laws.extend(_pushes(limb, model))
     return [entry for entry in laws if entry.values.shape[0]]
@@ -60,10 +62,7 @@ def moments(model: Model, times: Array) -> Law:
 
     I ω̇ + ω × I ω = Rᵀ Σ (p - r) × f m g, on the axes of the root.
     """
-    inputs, com = model.inputs, model.com.at(times)
-    moment = ca.SX.zeros(len(times), AXES)
-    for limb in model.limbs:
-        moment += _crossed(limb.place.at(times) - com, limb.force.at(times))
+    inputs, moment = model.inputs, _moment(model, times)
     inertia = interpolated(inputs.times_s, inputs.inertia.reshape(-1, 9), times) / (
         inputs.mass_kg * GRAVITY_MPS2
     )
@@ -74,6 +73,37 @@ def moments(model: Model, times: Array) -> Law:
         for k in range(len(times))
     ]
     return law("moments", ca.horzcat(*left).T, 0.0, 0.0, times, model.settings.relaxed.wrench)
+
+
+def impulses(model: Model, times: Array) -> Law:
+    """Moments change the angular momentum from each point to the next, in body weights times a metre.
+
+    (H₁ - H₀) / h = ∫ Σ (p - r) × f ds m g,   H = R (I ω + l),   l that of the limbs against the root. Ours:
+    the paper leaves out l, and how I changes; then a kick has to turn the whole body.
+    """
+    inputs, h, steps = model.inputs, float(times[1] - times[0]), len(times) - 1
+    count = (model.settings.checks.integral_points + 1) // 2
+    inner = (times[:-1, None] + h * (np.arange(count) + 0.5) / count).ravel()
+    mean = ca.DM(np.kron(np.eye(steps), np.full((1, count), 1 / count)))
+    weight_N = inputs.mass_kg * GRAVITY_MPS2
+    inertia = interpolated(inputs.times_s, inputs.inertia.reshape(-1, 9), times) / weight_N
+    swing = interpolated(inputs.times_s, inputs.swing, times) / weight_N
+    turn, rate, of = model.turn.at(times), model.turn.at(times, 1), momentum(inputs.axes)
+    held = [
+        of(turn[k, :], rate[k, :], inertia[k].reshape(3, 3), swing[k].reshape(1, 3))
+        for k in range(len(times))
+    ]
+    gained = ca.horzcat(*held).T
+    left = (gained[1:, :] - gained[:-1, :]) / h - mean @ _moment(model, inner)
+    return law("moments", left, 0.0, 0.0, times[1:], model.settings.relaxed.wrench)
+
+
+def _moment(model: Model, times: Array) -> Symbols:
+    """Sum of the moments of all forces about the centre of mass at times (N,), (N, 3)."""
+    com, moment = model.com.at(times), ca.SX.zeros(len(times), AXES)
+    for limb in model.limbs:
+        moment += _crossed(limb.place.at(times) - com, limb.force.at(times))
+    return moment
 
 
 def _total(model: Model, times: Array) -> Symbols:

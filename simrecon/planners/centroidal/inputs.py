@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward
@@ -16,6 +17,9 @@ from simrecon.planners.centroidal.settings import Settings
 from simrecon.planners.centroidal.touching import Touching
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.types import Array, KinematicFit
+
+SMOOTH_S = 0.03
+"""Of the limbs, before their velocity is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,7 @@ class Inputs:
         times_s: (T,) since the first frame.
         com_m: (T, 3); turn_rad: (T, 3) Euler angles of the root about `axes`.
         inertia: (T, 3, 3) about the centre of mass, kg m², on the axes of the root.
+        swing: (T, 3) angular momentum of limbs against the root, kg m²/s, on its axes.
         mass_kg: of the person.
         targets: of the points.
         pairs: (heel, toe) rows of targets on one foot, whose distance stays.
@@ -55,6 +60,7 @@ class Inputs:
     turn_rad: Array
     axes: Axes
     inertia: Array
+    swing: Array
     mass_kg: float
     targets: tuple[Target, ...]
     pairs: tuple[tuple[int, int], ...]
@@ -94,7 +100,8 @@ def inputs(fit: KinematicFit, settings: Settings) -> Inputs:
         if i < j and a.point.segment == b.point.segment and a.point.sole and b.point.sole
     ]
     return Inputs(
-        times, com, turn, order, _inertia(masses, places - com, axes), masses.total_kg,
+        times, com, turn, order, _inertia(masses, places - com, axes),
+        _swing(masses, places - com, axes, float(times[1])), masses.total_kg,
         tuple(targets), tuple(pairs), tuple(notes),
     )  # fmt: skip
 
@@ -102,6 +109,14 @@ def inputs(fit: KinematicFit, settings: Settings) -> Inputs:
 def _on_axes(axes: Array, vectors: Array) -> Array:
     """World vectors (T, 3) on the axes (T, 3, 3) of the root."""
     return np.asarray(np.einsum("tji,tj->ti", axes, vectors))
+
+
+def _swing(masses: Masses, arms_m: Array, axes: Array, frame_s: float) -> Array:
+    """Σ m a × ȧ on the axes of the root, with velocities of arms (N, T, 3) there, (T, 3)."""
+    local = np.einsum("tji,ntj->nti", axes, arms_m)  # who turns as a whole does not move here
+    local = gaussian_filter1d(local, SMOOTH_S / frame_s, axis=1, mode="nearest")
+    velocity = np.gradient(local, frame_s, axis=1)
+    return np.asarray(np.einsum("n,nti->ti", masses.mass_kg, forward.cross(local, velocity)))
 
 
 def _inertia(masses: Masses, arms_m: Array, axes: Array) -> Array:

@@ -22,16 +22,34 @@ def turning(axes: Axes) -> ca.Function:
     """
     turn, rate, bend = (ca.SX.sym(name, 1, 3) for name in ("turn", "rate", "bend"))
     inertia, moment = ca.SX.sym("inertia", 3, 3), ca.SX.sym("moment", 1, 3)
-    first, second, third = (_about(axis, turn[k]) for k, axis in enumerate(axes))
-    unit = ca.DM.eye(3)
-    spin = rate[0] * (second @ third).T @ unit[:, axes[0]]
-    spin += rate[1] * third.T @ unit[:, axes[1]] + rate[2] * unit[:, axes[2]]
+    spin = _spin(axes, turn, rate)
     quicker = ca.jtimes(spin, turn, rate) + ca.jtimes(spin, rate, bend)
-    pushed = (first @ second @ third).T @ moment.T
+    pushed = rotation(axes)(turn).T @ moment.T
     return ca.Function(
         "turning", [turn, rate, bend, inertia, moment],
         [inertia @ quicker + ca.cross(spin, inertia @ spin) - pushed],
     )  # fmt: skip
+
+
+def momentum(axes: Axes) -> ca.Function:
+    """Angular momentum in the world, (3,).
+
+    Of angles and their velocities (1, 3), and inertia (3, 3) and momentum of limbs (1, 3) on the body's axes.
+    """
+    turn, rate = (ca.SX.sym(name, 1, 3) for name in ("turn", "rate"))
+    inertia, swing = ca.SX.sym("inertia", 3, 3), ca.SX.sym("swing", 1, 3)
+    held = rotation(axes)(turn)
+    return ca.Function(
+        "momentum", [turn, rate, inertia, swing], [held @ (inertia @ _spin(axes, turn, rate) + swing.T)]
+    )
+
+
+def _spin(axes: Axes, turn: Symbols, rate: Symbols) -> Symbols:
+    """Angular velocity (3,) on the axes of the body."""
+    second, third = (_about(axes[k], turn[k]) for k in (1, 2))
+    unit = ca.DM.eye(3)
+    spin = rate[0] * (second @ third).T @ unit[:, axes[0]]
+    return spin + rate[1] * third.T @ unit[:, axes[1]] + rate[2] * unit[:, axes[2]]
 
 
 def _about(axis: int, angle: Symbols) -> Symbols:
