@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.spatial import KDTree
+import scipy
 
 from simrecon.body.clothed import Skin
 from simrecon.body.skeleton import template
@@ -147,7 +147,7 @@ def clothed(model: mujoco.MjModel, skin: Skin, person: Sequence[int], rest: Figu
 
 def _nearest(surface: Surface, data: mujoco.MjData, points_m: Array) -> IntArray:
     """Ids (V,) of the geoms whose surface is nearest to points (V, 3)."""
-    near = KDTree(surface.place(data.geom_xpos, data.geom_xmat)).query(points_m)[1]
+    near = scipy.spatial.KDTree(surface.place(data.geom_xpos, data.geom_xmat)).query(points_m)[1]
     return np.asarray(surface.vertex_geom[near])
 
 

@@ -1,4 +1,8 @@
-"""`motion.npz` ↔ `Motion`; same motion, same bytes."""
+"""`motion.npz` ↔ `Motion`; same motion, same bytes.
+
+In the file, `state0`, `ctrl` and `frame_step` are those of the first simulation, so that who knows nothing of
+restarts replays it; what was simulated after a gap stands beside them.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +28,23 @@ def dumps(motion: Motion) -> bytes:
     """The bytes of `motion.npz`."""
     content: dict[str, Any] = {item.name: getattr(motion, item.name) for item in dataclasses.fields(motion)}
     content = {key: value for key, value in content.items() if value is not None}
+    content |= _split(motion)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, schema=SCHEMA, **content)
     return buffer.getvalue()
+
+
+def _split(motion: Motion) -> dict[str, Array]:
+    """The keys in which a motion with restarts differs from its file; none without."""
+    if motion.restart_step is None:
+        return {}
+    first, step = int(motion.restart_step[0]), motion.frame_step
+    return {
+        "ctrl": motion.ctrl[:first],
+        "restart_ctrl": motion.ctrl[first:],
+        "frame_step": np.where(step < first, step, NO_STEP),
+        "restart_frame_step": np.where(step < first, NO_STEP, step),
+    }
 
 
 def read(folder: Path | str) -> Motion:
@@ -48,8 +66,11 @@ def read(folder: Path | str) -> Motion:
         arrays.fail("times_s", "times that do not increase", "increasing times in seconds")
     qpos, qvel = arrays.finite("qpos", ("T", "nq")), arrays.finite("qvel", ("T", "nv"))
     torque, state0 = arrays.finite("torque_Nm", ("T", "nu")), arrays.finite("state0", ("nstate",))
-    ctrl = _control(arrays, torque.shape[1])
+    ctrl = _control(arrays, "ctrl", torque.shape[1])
     step = _integers(arrays, "frame_step", NO_STEP, len(ctrl))
+    if "restart_step" in arrays:
+        ctrl = np.concatenate((ctrl, _control(arrays, "restart_ctrl", torque.shape[1])))
+        step = np.maximum(step, _integers(arrays, "restart_frame_step", NO_STEP, len(ctrl)))
     status = _integers(arrays, "status", SIMULATED, FALLBACK)
     if ((step == NO_STEP) != (status == FALLBACK)).any():
         valid = f"{NO_STEP} at the frames of status {FALLBACK}, and there only"
@@ -109,11 +130,11 @@ def _check_rotations(arrays: Arrays, key: str, qpos: Array | None) -> None:
         arrays.fail(key, text, "unit quaternions w x y z behind the place of the root")
 
 
-def _control(arrays: Arrays, motors: int) -> Array:
-    """`ctrl` (N, nu), which alone may be empty: where nothing was simulated."""
-    if arrays.array("ctrl").shape == (0, motors):
+def _control(arrays: Arrays, key: str, motors: int) -> Array:
+    """Control (N, nu), which alone may be empty: where nothing was simulated."""
+    if arrays.array(key).shape == (0, motors):
         return np.empty((0, motors))
-    return arrays.finite("ctrl", ("N", "nu"))
+    return arrays.finite(key, ("N" if key == "ctrl" else "N'", "nu"))
 
 
 def _integers(arrays: Arrays, key: str, low: int, high: int) -> IntArray:

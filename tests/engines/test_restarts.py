@@ -14,7 +14,8 @@ from simrecon import replay, schedule
 from simrecon.engines import checkpoint, restarts, warm_start
 from simrecon.engines import windows as clip
 from simrecon.engines.problem import Problem
-from simrecon.sim.state import initial_state, simulate
+from simrecon.results import motion_file
+from simrecon.sim.state import initial_state, qpos_of, simulate
 from simrecon.types import Handover, Window, WindowResult
 from tests.engines.conftest import Makers
 from tests.engines.test_windows import RETRIES, Scripted
@@ -138,6 +139,26 @@ def test_a_motion_with_a_gap_replays_to_the_same_bits(make: type[Makers], proble
     assert motion.begins.sum() == 2
     np.testing.assert_array_equal(motion.qpos[motion.begins][1], problem.qpos[begin // problem.clock.stride])
     assert replay.gaps_of(motion)[0][:2] == (whole[1].window.commit_step, begin)
+
+
+def test_the_file_of_a_motion_with_a_gap_replays_without_knowing_of_it(
+    make: type[Makers], problem: Problem, tmp_path: Path
+) -> None:
+    fit, grid = make.standing(frames=FRAMES), np.arange(FRAMES)
+    whole = moved(problem, solve(problem, {2: 99}, anew(problem)))
+    motion, _ = replay.record(problem, fit, whole, fit.times_s, grid)
+    file = tmp_path / "motion.npz"
+    file.write_bytes(motion_file.dumps(motion))
+    read = motion_file.read(file)
+    for name in ("ctrl", "frame_step", "status", "restart_step", "restart_state"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(motion, name))
+    arrays = np.load(file)
+    first = simulate(problem.model, arrays["state0"], arrays["ctrl"])
+    shown = np.flatnonzero(arrays["frame_step"] >= 0)
+    assert 0 < len(shown) < (arrays["status"] == 0).sum()
+    np.testing.assert_array_equal(
+        qpos_of(problem.model, first)[arrays["frame_step"][shown]], arrays["qpos"][shown]
+    )
 
 
 def moved(problem: Problem, windows: tuple[WindowResult, ...]) -> tuple[WindowResult, ...]:
