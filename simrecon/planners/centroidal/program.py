@@ -67,7 +67,7 @@ def minimise(program: Program, start: Array, settings: Solver) -> End:
     x, cost, values = ca.vertcat(program.x, ca.vec(excess)), program.cost, ca.SX(program.values)
     cost += ca.dot(ca.DM(program.prices[soft]), ca.sum2(excess)) if len(soft) else 0.0
     values[soft.tolist()] += excess[:, 1] - excess[:, 0]
-    options = {
+    options: dict[str, Any] = {
         "print_time": False,
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
