@@ -64,9 +64,8 @@ class Reconstruction:
     """All that was computed for a clip, stage by stage.
 
     Attributes:
-        evidence: as it was read; fit: the kinematic half; reference: what the planner made of it.
-        problem: what the engine worked on; windows: solved, in order.
-        motion: what was simulated; audit: of its replay; seconds: by stage; cpu_s: processor time of all.
+        evidence, fit, reference, problem, windows: what each stage worked on, or made; windows in order.
+        motion: simulated, or planned; audit: of it; seconds: by stage; cpu_s: processor time of all.
     """
 
     evidence: Evidence
@@ -103,10 +102,11 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
     problem = problems.pose(fit, reference, uniform, clock, plan)
-    check.refuse_start(problem.model, fit.scene, problem.qpos[0])
-    solved, earlier_s = _simulate(problem, fit, setup)
+    simulates = engines.simulates(setup.engine)
+    solved, earlier_s = _simulate(problem, fit, setup) if simulates else ((), 0.0)
     marks.append(time.perf_counter())
-    motion, audit = replay.record(problem, fit, solved, evidence.times_s, grid)
+    show = partial(replay.record, windows=solved) if simulates else partial(replay.plan, reference=reference)
+    motion, audit = show(problem, fit, times_s=evidence.times_s, grid=grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s
@@ -116,15 +116,15 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
 
 def _simulate(problem: Problem, fit: KinematicFit, setup: Setup) -> tuple[tuple[WindowResult, ...], float]:
     """All windows, solved where no checkpoint holds them, and the seconds spent on those it held."""
+    check.refuse_start(problem.model, fit.scene, problem.qpos[0])
     problem, handover = warm_start.begin(problem, setup.start)
     pieces = schedule.cut(problem.clock, problem.plan)
     store, digest = setup.checkpoint, checkpoints.digest(problem, handover, setup.seed, setup.identity)
-    known = store.restore(digest, pieces) if store else []
+    keep, known = (store.save, store.restore(digest, pieces)) if store else (None, [])
     setup.observer.resumed(known, pieces)
     tracker = engines.make(setup.engine, problem, setup.threads)
     if setup.start is None and len(known) < len(pieces):
         tracker.prepare(pieces, handover)
-    keep = store.save if store else None
     anew = partial(restarts.begin, problem, fit)
     solved = windows.solve(tracker, pieces, handover, setup.seed, known, setup.observer, keep, anew)
     return solved, sum(result.seconds for result in known)

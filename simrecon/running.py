@@ -113,6 +113,11 @@ def _check_ahead(job: Job) -> None:
     """All that can be known to be wrong before a video is looked at, which may take hours."""
     planners.check(job.planner)
     engines.check(job.engine)
+    if job.scene.ground.calibrate and not engines.simulates(job.engine):
+        raise InputError(
+            f"engine {job.engine}: found a floor that is to be found by simulation ([ground] calibrate); "
+            "valid: engine sampling, or stiffness_Npm and damping_Nspm"
+        )
     _check_files(job)
     results.check_writable(job.output)
     if not job.retarget:

@@ -85,7 +85,7 @@ def _summary(state: State) -> str:
     video = sum(row.video_s for row in state.of("done"))
     tiles = [
         (len(state.rows), "clips", ""),
-        (verdicts.count("good"), "all simulated", "good"),
+        (verdicts.count("good"), "good", "good"),
         (verdicts.count("doubtful"), "doubtful", "doubtful"),
         (verdicts.count("bad"), "bad", "bad"),
         (verdicts.count("fallback"), "with fallback frames", "fallback"),
@@ -119,7 +119,8 @@ def _verdict(row: Row) -> tuple[str, str]:
     if row.figures["fell"]:
         return "fell", "fell"
     quality = row.figures.get("quality", "good")  # records of earlier versions have none
-    return quality, "all simulated" if quality == "good" else row.figures["verdict"]
+    simulated = "planned, not simulated" if row.figures.get("planned") else "all simulated"
+    return quality, simulated if quality == "good" else row.figures["verdict"]
 
 
 def _row(places: Places, row: Row) -> str:

@@ -110,7 +110,7 @@ def measure(clip: Clip, scratch: str) -> dict[str, float]:
         file = Path(folder) / "piece.npz"
         evidence.write(file, piece)
         report = run(of_piece(job, file), threads=1, overwrite=True).report
-    seconds = [window["seconds"] for window in report["windows"]]
+    seconds = [window["seconds"] for window in report["windows"]] or [0.0]  # none where nothing is simulated
     size = {path.name: path.stat().st_size for path in Path(scratch).iterdir()}
     growing = sum(size.get(name, 0) for name in (MOTION, "overlay.mp4"))
     return {

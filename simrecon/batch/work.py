@@ -121,7 +121,8 @@ def _figures(result: Result, here_s: float) -> dict[str, Any]:
     report = result.report
     frames, windows, totals = report["frames"], report["windows"], report["totals"]
     quality = report["verdict"]["verdict"]
-    words = ["all simulated" if quality == verdict.GOOD else quality]
+    planned = verdict.is_plan(report)
+    words = [("all planned" if planned else "all simulated") if quality == verdict.GOOD else quality]
     words += [reason["reason"] for reason in report["verdict"]["reasons"][:1]]
     return {
         "verdict": ": ".join(words),
@@ -130,6 +131,7 @@ def _figures(result: Result, here_s: float) -> dict[str, Any]:
         "fell": report["agreement"]["fell"],
         "frames": frames["count"],
         "fallback": frames["fallback"],
+        "planned": planned,
         "video_s": totals["video_s"],
         "wall_s": totals["wall_s"],
         "here_s": here_s,

@@ -23,6 +23,7 @@ from simrecon.job import Job, Person, Reading
 from simrecon.kinematics import world
 from simrecon.plan import Plan
 from simrecon.results import whole
+from simrecon.results.verdict import is_plan
 from simrecon.running import run
 from simrecon.types import Evidence, Scene
 
@@ -127,6 +128,7 @@ def _job(task: BenchmarkTask, input_file: Path, scene: Scene, plan: Plan, folder
         scene=scene,
         plan=plan,
         planner=task.variant.planner,
+        engine=task.variant.engine,
         seed=task.seed,
         threads=task.threads,
         no_report=True,
@@ -151,8 +153,8 @@ def _run(folder: Path) -> dict[str, float]:
         "stepping_share": totals["stepping_share"],
         "fallback": report["frames"]["fallback"],
         "replay_exact": report["audit"]["replay_exact"],
-        "from_reference_mm": 1e3 * distance["fit_mean_m"],
-        "from_reference_worst_mm": 1e3 * distance["fit_max_m"],
+        "from_reference_mm": None if is_plan(report) else 1e3 * distance["fit_mean_m"],
+        "from_reference_worst_mm": None if is_plan(report) else 1e3 * distance["fit_max_m"],
         **(report["planned"] or {}),
     }
     return {name: float(value) for name, value in numbers.items() if value is not None}

@@ -96,6 +96,8 @@ def key(file: Path, task: BenchmarkTask, plan: Plan, scene: Scene) -> str:
     }
     if task.variant.planner != "none":
         content["planner"] = task.variant.planner
+    if task.variant.engine != "sampling":
+        content["engine"] = task.variant.engine
     if task.clip.height_m is not None:
         content["height_m"] = task.clip.height_m
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simrecon import planners
+from simrecon import engines, planners
 from simrecon.bench.statics import CHECKS
 from simrecon.evidence.keys import HEIGHT_RANGE_M, MASS_RANGE_KG
 from simrecon.io.tables import choice, not_in_file, number, option, text
@@ -100,11 +100,12 @@ class Picture:
 
 @dataclass(frozen=True)
 class Variant:
-    """`[[variant]]`: parts of the evidence left out, a planner, keys of the plan replaced (`section.key`)."""
+    """`[[variant]]`: parts of the evidence left out, planner and engine, keys of the plan replaced."""
 
     name: str = text()
     drop: tuple[str, ...] = choice(*DROPS, default=())
     planner: str = choice(*planners.names(), default="none")
+    engine: str = choice(*engines.names(), default="sampling")
     plan: dict[str, Any] = option({})
     paper: str = ""
 

@@ -14,7 +14,6 @@ from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.exports.view import RIGS
 from simrecon.io.messages import counted
-from simrecon.replay import SIMULATED
 
 
 def add(commands: Any) -> None:
@@ -57,7 +56,9 @@ def _export(options: argparse.Namespace) -> int:
         print(f"written  {path}")
     if options.of != "simulation":
         return 0
-    fallback = int(np.count_nonzero(result.motion.status != SIMULATED))
+    if result.motion.is_planned:
+        print("nothing is simulated: the motion is the plan", file=sys.stderr)
+    fallback = int(np.count_nonzero(~result.motion.kept))
     if fallback:
         verb = "is" if fallback == 1 else "are"
         print(f"{counted(fallback, 'frame')} {verb} not simulated, but the kinematic fit", file=sys.stderr)

@@ -9,6 +9,7 @@ from simrecon.errors import printable
 from simrecon.io.messages import spans
 from simrecon.kinematics import stature_prior
 from simrecon.results import Result, by_second
+from simrecon.results.verdict import is_plan
 from simrecon.system.progress import duration
 from simrecon.types import Report
 
@@ -75,6 +76,8 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
     frames, totals, windows = report["frames"], report["totals"], report["windows"]
     agreement = report["agreement"]
     simulated = f"{frames['simulated']} of {frames['count']} simulated"
+    if is_plan(report):
+        simulated = f"{frames['planned']} of {frames['count']} planned, nothing was simulated"
     if frames["fallback"]:
         simulated += f", {frames['fallback']} on kinematic fallback"
     if frames["interpolated"]:
@@ -88,19 +91,35 @@ def _reached(report: Report) -> Iterator[tuple[str, str]]:
         share = agreement["image_person_pct"]
         relative = "" if share is None else f", {share:.1f} % of the person's height there"
         yield "image", f"body and landmarks are {off:.0f} px apart on average{relative}"
-    beside = f"the simulation is {1e3 * agreement['fit_mean_m']:.0f} mm from the kinematic fit on average"
+    motion = "plan" if is_plan(report) else "simulation"
+    beside = f"the {motion} is {1e3 * agreement['fit_mean_m']:.0f} mm from the kinematic fit on average"
     if (off := agreement["input_mean_m"]) is not None:
         beside += f", that {1e3 * off:.0f} mm from the input"
     yield "motion", beside
+    if is_plan(report):
+        yield "physics", _unexplained(report)
     yield from (("plan", note) for note in report.get("planner_notes", []))
     yield from _wishes(report)
     loss = f"{sum(w['loss'] for w in windows) / len(windows):.1f}, mean of the windows" if windows else "-"
-    yield "loss", loss
+    if windows or not is_plan(report):
+        yield "loss", loss
     spent = f"{duration(totals['wall_s'])}, {duration(totals['seconds_per_second'])} per second of video"
     yield "time", spent
     if exchanged := report["input"]["exchanged"]:
         mixed = (f"{limbs} in {spans(rows)}" for limbs, rows in exchanged.items())
         yield "sides", f"left and right were mixed up, and exchanged: {', '.join(mixed)}"
+
+
+def _unexplained(report: Report) -> str:
+    """What of a plan no force of the scene explains."""
+    planned = report["planned"]
+    if planned is None:
+        return "none: this planner knows no forces"
+    force, moment = planned["wrench_force_pct"], planned["wrench_moment_pct"]
+    return (
+        f"{force:.1f} % of body weight and {moment:.1f} % of body weight times stature are unexplained "
+        "(95 % of frames have less)"
+    )
 
 
 def _wishes(report: Report) -> Iterator[tuple[str, str]]:

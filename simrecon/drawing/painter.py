@@ -17,8 +17,10 @@ from simrecon.drawing.views import View, corner_radius, has_view, three_quarter
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import vectors
 from simrecon.types import Array, Camera
+from simrecon.types.motion import FALLBACK, PLANNED
 
 # Colours are blue, green, red.
+_SAID = {FALLBACK: "not simulated: kinematic fallback", PLANNED: "planned, not simulated"}
 _FORCE, _FALLBACK, _HIDDEN = (40, 240, 250), (170, 170, 255), (140, 140, 140)
 TOUCHES = (70, 50, 225)
 """Of what the scene pushes."""
@@ -76,8 +78,8 @@ class Painter:
         if caption is None:
             caption = f"frame {frame}   {clip.times_s[frame]:.2f} s"
         canvas.label(image, caption, 0, canvas.LIGHT)
-        if clip.status is not None and clip.status[frame] != 0:
-            canvas.label(image, "not simulated: kinematic fallback", 1, _FALLBACK)
+        if clip.status is not None and (said := _SAID.get(int(clip.status[frame]))):
+            canvas.label(image, said, 1, _FALLBACK)
         return image
 
     def is_seen(self, frames: NDArray[np.int64]) -> bool:

@@ -1,6 +1,8 @@
 """Trackers: what makes the simulator follow a clip, window by window.
 
 problem ─► make(name) ─► prepare ─► windows.solve: one solve() for each window ─► WindowResults
+
+The engine `none` is no tracker: nothing is simulated, and the result holds the plan.
 """
 
 from __future__ import annotations
@@ -17,7 +19,10 @@ if TYPE_CHECKING:
     from simrecon.engines.problem import Problem
     from simrecon.sim.rollout import Threads
 
-__all__ = ["ENGINES", "Tracker", "check", "make", "names"]
+__all__ = ["ENGINES", "NOTHING", "Tracker", "check", "make", "names", "simulates"]
+
+NOTHING = "none"
+"""The engine that simulates nothing."""
 
 
 class Tracker(Protocol):
@@ -61,17 +66,22 @@ ENGINES: dict[str, Callable[[Problem, Threads], Tracker]] = {"sampling": _sampli
 
 
 def names() -> tuple[str, ...]:
-    """Names of the trackers."""
-    return tuple(ENGINES)
+    """Names of the engines: the trackers, and `none`."""
+    return (*ENGINES, NOTHING)
+
+
+def simulates(name: str) -> bool:
+    """Whether an engine simulates anything."""
+    return name != NOTHING
 
 
 def check(name: str) -> None:
-    """Check that there is a tracker.
+    """Check that there is an engine.
 
     Raises:
         InputError: there is none of that name.
     """
-    if name not in ENGINES:
+    if name not in names():
         raise InputError(f"there is no engine {name!r}; valid: {', '.join(names())}")
 
 
@@ -79,7 +89,7 @@ def make(name: str, problem: Problem, threads: Threads = 0) -> Tracker:
     """The tracker of a name, for one clip.
 
     Args:
-        name: one of `names()`.
+        name: of a tracker, a key of `ENGINES`.
         problem: the clip.
         threads: of the simulator, 0 for one per core; a function is called before each generation.
 
@@ -87,4 +97,6 @@ def make(name: str, problem: Problem, threads: Threads = 0) -> Tracker:
         InputError: no such name.
     """
     check(name)
+    if not simulates(name):
+        raise InputError(f"the engine {name!r} simulates nothing; valid: {', '.join(ENGINES)}")
     return ENGINES[name](problem, threads)

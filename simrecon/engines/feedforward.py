@@ -18,6 +18,21 @@ def torques(model: mujoco.MjModel, qpos: Array, reference: Reference) -> Array |
     """Torques of the motors (T, nu), Nm, within their limits; None where the planner knows no forces.
 
     Args:
+        model: as of `needed`.
+        qpos: as of `needed`.
+        reference: as of `needed`.
+    """
+    taken = needed(model, qpos, reference)
+    if taken is None:
+        return None
+    low, high = model.actuator_forcerange.T
+    return np.asarray(np.clip(taken, low, high))
+
+
+def needed(model: mujoco.MjModel, qpos: Array, reference: Reference) -> Array | None:
+    """Torques of the motors (T, nu), Nm, that a plan takes; None where the planner knows no forces.
+
+    Args:
         model: of person and scene.
         qpos: (T, nq) configurations of the model.
         reference: with forces of the scene on the person, on the same frames.
@@ -26,7 +41,7 @@ def torques(model: mujoco.MjModel, qpos: Array, reference: Reference) -> Array |
         return None
     interval_s = float(reference.times_s[1] - reference.times_s[0])
     bodies = np.array([model.body(locate(model).prefix + name).id for name in reference.contact_segments])
-    needed = inverse(model, qpos, interval_s, bodies, reference.contact_place_m, reference.contact_force_N)
-    smooth = gaussian_filter1d(needed[:, motor_dofs(model)], SMOOTH_S / interval_s, axis=0, mode="nearest")
-    low, high = model.actuator_forcerange.T
-    return np.asarray(np.clip(smooth, low, high))
+    forces = inverse(model, qpos, interval_s, bodies, reference.contact_place_m, reference.contact_force_N)
+    return np.asarray(
+        gaussian_filter1d(forces[:, motor_dofs(model)], SMOOTH_S / interval_s, axis=0, mode="nearest")
+    )

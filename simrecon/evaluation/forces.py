@@ -10,23 +10,26 @@ from simrecon.evaluation.simulated import Simulated
 from simrecon.metrics import dynamics
 from simrecon.metrics.rates import PAPER_HZ, at, every
 from simrecon.metrics.statistics import Scores, of_frames
-from simrecon.replay import SIMULATED
 from simrecon.sim.address import motor_dofs
 
 
 def forces(result: Simulated, on: Comparison) -> Scores:
-    """Contact forces, torques and power of the simulated frames.
+    """Contact forces, torques and power of the frames of simulation or plan; none where no forces are known.
+
+    Of a plan, what is left unexplained is in its report, and not scored here.
 
     Args:
         result: of which.
         on: what the motions are compared on, for flight and contacts of the reference.
     """
     motion, mass, step_s = result.motion, result.mass_kg, result.model.opt.timestep
-    kept = motion.status == SIMULATED
-    if kept.sum() < 2:
+    kept = motion.kept
+    if kept.sum() < 2 or not motion.knows_forces:
         return Scores()
     grf = motion.grf_N[kept]
     ends = np.maximum(motion.frame_step[kept], 0) * step_s  # (T,)
+    if motion.is_planned:
+        ends = motion.times_s - motion.times_s[0]
     slow = dynamics.grf_norm_pct(dynamics.interval_means(ends, grf, every(ends, PAPER_HZ)), mass)
     norm = dynamics.grf_norm_pct(grf, mass)  # (T,)
     flight = at(motion.times_s[kept], on.times_s, on.flight.astype(np.float64)) > 0.99

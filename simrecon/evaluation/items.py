@@ -15,7 +15,6 @@ from simrecon.evaluation.simulated import Simulated
 from simrecon.metrics.dynamics import body_weight_pct
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores
-from simrecon.replay import SIMULATED
 from simrecon.scene import check, sheets
 from simrecon.types import Array, Flags
 
@@ -23,26 +22,33 @@ from simrecon.types import Array, Flags
 def scores(result: Simulated, on: Comparison) -> Scores:
     """Loads and depths of the items, and the sink of those that are sprung; none without items.
 
+    Of a plan, which says of no force which item it is from, only depths.
+
     Args:
         result: of which.
         on: what the motions are compared on; its reference says when the person sits and stands.
     """
     if not result.scene.items:
         return Scores()
+    motion = result.motion
+    numbers = {} if motion.is_planned else _borne(result, on) | _sheets(result)
+    depths = [
+        entry.depth_m.max()
+        for entry in check.penetrations(result.model, result.scene, motion.qpos[motion.loaded])
+        if entry.name != scenes.GROUND_GEOM
+    ]
+    return Scores({}, numbers | {"item_penetration_max_mm": 1e3 * float(max(depths, default=0.0))})
+
+
+def _borne(result: Simulated, on: Comparison) -> dict[str, float]:
+    """What bears the person: the items' share, on average, and while the reference sits and stands."""
     motion, mass = result.motion, result.mass_kg
     vertical = body_weight_pct(loads(result.model, result.scene, motion), mass)[..., 2].sum(-1)  # (T,)
-    kept = (motion.status == SIMULATED) & ~motion.begins
+    kept = motion.loaded
     total = float(body_weight_pct(motion.grf_N, mass)[kept, 2].mean())
     numbers = {"item_load_pct": 100.0 * float(vertical[kept].mean()) / total if total > 0 else np.nan}
     known = at(on.times_s, motion.times_s, kept.astype(np.float64)) > 0.99  # not the first frame, no fallback
-    numbers |= _sitting(at(on.times_s, motion.times_s, vertical), known, on)
-    depths = [
-        entry.depth_m.max()
-        for entry in check.penetrations(result.model, result.scene, motion.qpos[kept])
-        if entry.name != scenes.GROUND_GEOM
-    ]
-    numbers["item_penetration_max_mm"] = 1e3 * float(max(depths, default=0.0))
-    return Scores({}, numbers | _sheets(result))
+    return numbers | _sitting(at(on.times_s, motion.times_s, vertical), known, on)
 
 
 def _sitting(borne_pct: Array, known: Flags, on: Comparison) -> dict[str, float]:
@@ -65,7 +71,7 @@ def _sheets(result: Simulated) -> dict[str, float]:
         return {}
     model, motion = result.model, result.motion
     tiles = [i for i in range(model.njnt) if "/tile_" in model.joint(i).name]
-    kept = motion.status == SIMULATED
+    kept = motion.kept
     sink = -motion.qpos[kept][:, model.jnt_qposadr[tiles]].min(axis=1)  # (T,)
     rise = motion.com_m[kept, 2] - motion.com_m[0, 2]
     return {

@@ -136,7 +136,12 @@ def _columns(motion: Motion) -> list[int]:
 
 
 def _middles(motion: Motion) -> Array:
-    """Middle of the interval that ends at each frame but the first, which ends none, (T - 1,) s."""
+    """Middle of the interval that ends at each frame but the first, which ends none, (T - 1,) s.
+
+    A plan has its forces at the frames themselves.
+    """
+    if motion.is_planned:
+        return motion.times_s[1:]
     return np.asarray(0.5 * (motion.times_s[1:] + motion.times_s[:-1]))
 
 

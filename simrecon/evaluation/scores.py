@@ -19,7 +19,6 @@ from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.metrics.rates import covered_times
 from simrecon.metrics.statistics import Scores
 from simrecon.metrics.truth import BODY_JOINTS, Truth, canonical, read_truth
-from simrecon.replay import SIMULATED
 from simrecon.types import Evidence, Scene
 
 OF_POSE = ("mpjpe_mm", "mpjpe_pa_mm", "pck_pct")
@@ -55,7 +54,7 @@ def score(
     own = track(motion.times_s, motion.joint_names, motion.joints_m, "motion", result.rest_m)
     target, on = _compared(own, reference, result.scene, result.radii_m)
     rows = {RESULT: _of_result(result, own, on) | _measured(result, reference, on)}
-    kept = motion.status == SIMULATED
+    kept = motion.kept
     for name, shape in ((KINEMATIC, result.kinematic), (PLAN, result.planned)):
         if shape is not None:
             before = replace(own, joints_m=shape.points_m)
@@ -103,7 +102,7 @@ def _of_joints(motion: Track, on: Comparison) -> Scores:
 
 def _of_result(result: simulated.Simulated, motion: Track, on: Comparison) -> Scores:
     """All but force plates: of the joints, the primitives, the forces and the items of the scene."""
-    kept = result.motion.status == SIMULATED
+    kept = result.motion.kept
     shape = geometry(result.body, result.motion.joint_names, motion.times_s, kept)
     forced = forces(result, on) | simulated.reported(result) | items.scores(result, on)
     return _of_joints(motion, on) | shape | forced
@@ -111,6 +110,8 @@ def _of_result(result: simulated.Simulated, motion: Track, on: Comparison) -> Sc
 
 def _measured(result: simulated.Simulated, reference: Truth, on: Comparison) -> Scores:
     """Forces against those of the reference, if it has any."""
+    if not result.motion.knows_forces:
+        return Scores()
     mass_kg = reference.mass_kg or result.mass_kg
     times_s = reference.times_s
     if reference.pushes is not None:

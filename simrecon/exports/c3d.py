@@ -29,7 +29,8 @@ def write(view: ResultView) -> dict[str, bytes]:
     """Points, and platforms where the motion is the one that was simulated, of the person as they are."""
     labels, places = view.body.skeleton.point_names, MM * view.points_m
     groups = {"POINT": _points(labels, view)}
-    if view.choices.of != "simulation" or view.choices.legs != 1.0:
+    as_asked = view.choices.of == "simulation" and view.choices.legs == 1.0
+    if not as_asked or not view.result.motion.knows_forces:
         groups["ANALOG"] = {"USED": 0, "RATE": float(view.rate_hz), "GEN_SCALE": 1.0}
         return {"motion.c3d": c3d(places, np.zeros((len(places), 0, 0)), view.rate_hz, groups)}
     samples, corners = platforms(view)

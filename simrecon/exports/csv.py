@@ -15,7 +15,7 @@ XYZW = [1, 2, 3, 0]
 
 
 def write(view: ResultView) -> dict[str, bytes]:
-    """`motion.csv`, and `forces.csv` where the motion is the one that was simulated."""
+    """`motion.csv`, and `forces.csv` where the motion is as simulated, or as planned with forces."""
     skeleton, count = view.body.skeleton, len(view.times_s)
     time = view.times_s - view.times_s[0]
     quats = view.qpos[:, 3:].reshape(count, -1, 4)[..., XYZW]
@@ -23,7 +23,7 @@ def write(view: ResultView) -> dict[str, bytes]:
     names += [f"{joint}_q{axis}" for joint in skeleton.names for axis in "xyzw"]
     names += [f"{point}_{axis}_m" for point in skeleton.point_names for axis in "xyz"]
     files = {"motion.csv": _table(names, [time, view.com_m, view.qpos[:, :3], quats, view.points_m])}
-    if view.choices.of == "simulation" and view.choices.legs == 1.0:
+    if view.choices.of == "simulation" and view.choices.legs == 1.0 and view.result.motion.knows_forces:
         files["forces.csv"] = _forces(view, time)
     return files
 

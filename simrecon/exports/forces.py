@@ -2,6 +2,7 @@
 
 A result holds means from frame to frame. Files for biomechanics want more: the moment about the centre of
 pressure, and a rate of their own. Both are read from the simulation, which is stepped once more.
+A plan has its forces at the frames, and no moment about the centre of pressure of a primitive.
 """
 
 from __future__ import annotations
@@ -83,31 +84,58 @@ class Forces:
 
 
 def steps(result: Result) -> Forces:
-    """The forces of a result's simulation.
+    """The forces of a result's simulation, or of its plan where nothing was to be simulated.
 
     Raises:
-        InputError: nothing was simulated.
+        InputError: nothing was simulated, and no forces are planned.
     """
-    motion, body = result.motion, result.body
+    motion = result.motion
+    if motion.is_planned:
+        return _planned(result)
     known = np.flatnonzero(motion.frame_step != NO_STEP)
     if not len(motion.ctrl) or not len(known):
         raise InputError(f"{result.folder}: found no simulated frame; valid: a result with forces")
     model = result.model
     trace = replay(model, motion.state0, motion.ctrl, motion.contact_body, gaps_of(motion))
-    names = body.skeleton.names
-    owner = {part.name: names.index(part.segment) for part in body.primitives}
-    at = [owner[part] for part in motion.contact_body]
     rows = np.concatenate(
         (trace.force_N, trace.couple_Nm, trace.pressure_N[..., None], trace.moment_Nm), axis=-1
     )  # (N + 1, C, 10)
-    by_segment = np.zeros((len(rows), len(names), rows.shape[-1]))
-    for part, segment in enumerate(at):
-        by_segment[:, segment] += rows[:, part]
+    by_segment = _by_segment(result, rows)
     interval_s = float(model.opt.timestep)
     sums = np.concatenate((np.zeros_like(by_segment[:1]), np.cumsum(by_segment[1:] * interval_s, axis=0)))
     first = known[0]
     begin = float(motion.times_s[first] - motion.frame_step[first] * interval_s)
-    return Forces(np.asarray(begin + interval_s * (np.arange(len(sums)) - 0.5)), names, sums)
+    ends = np.asarray(begin + interval_s * (np.arange(len(sums)) - 0.5))
+    return Forces(ends, result.body.skeleton.names, sums)
+
+
+def _planned(result: Result) -> Forces:
+    """The forces of a plan, each from the middle between its frame and the one before to that after it."""
+    motion = result.motion
+    if not motion.knows_forces:
+        raise InputError(f"{result.folder}: found a plan without forces; valid: a result with forces")
+    force, centre = motion.contact_force_N, np.nan_to_num(motion.contact_point_m)
+    pressure = np.linalg.norm(force, axis=-1, keepdims=True) * np.isfinite(motion.contact_point_m[..., :1])
+    rows = np.concatenate(
+        (force, np.cross(centre, force), pressure, pressure * centre), axis=-1
+    )  # (T, C, 10)
+    by_segment = _by_segment(result, rows)
+    times = motion.times_s
+    middles = (times[1:] + times[:-1]) / 2
+    edges = np.concatenate(([2 * times[0] - middles[0]], middles, [2 * times[-1] - middles[-1]]))
+    sums = np.cumsum(by_segment * np.diff(edges)[:, None, None], axis=0)
+    sums = np.concatenate((np.zeros_like(by_segment[:1]), sums))
+    return Forces(edges, result.body.skeleton.names, sums)
+
+
+def _by_segment(result: Result, rows: Array) -> Array:
+    """Sums over the primitives of each segment, (N, C, K) → (N, S, K)."""
+    names = result.body.skeleton.names
+    owner = {part.name: names.index(part.segment) for part in result.body.primitives}
+    summed = np.zeros((len(rows), len(names), rows.shape[-1]))
+    for column, part in enumerate(result.motion.contact_body):
+        summed[:, owner[part]] += rows[:, column]
+    return summed
 
 
 def per_frame(forces: Forces, rate_hz: float) -> int:

@@ -9,7 +9,6 @@ import numpy as np
 
 from simrecon.drawing import overlay, video
 from simrecon.errors import InputError
-from simrecon.replay import SIMULATED
 from simrecon.results import Result, open_result
 from simrecon.types import IntArray, Motion
 
@@ -53,7 +52,6 @@ def frame(motion: Motion, word: str) -> int:
     Raises:
         InputError: neither, or a time outside the motion.
     """
-    simulated = motion.status == SIMULATED
     later = ~motion.begins  # forces at the first frame are those of an instant, not of a frame
     measures = {
         "lowest": -motion.com_m[:, 2],
@@ -61,7 +59,7 @@ def frame(motion: Motion, word: str) -> int:
         "hardest": np.where(later, np.linalg.norm(motion.grf_N, axis=-1), -1.0),
     }
     if word in measures:
-        return int(np.where(simulated, measures[word], -np.inf).argmax())
+        return int(np.where(motion.kept, measures[word], -np.inf).argmax())
     first, last = float(motion.times_s[0]), float(motion.times_s[-1])
     try:
         time = float(word)

@@ -16,18 +16,15 @@ from simrecon.sim.address import locate, with_items_at_rest
 from simrecon.sim.poses import differentiate, posed
 from simrecon.sim.state import initial_state, qpos_of, qvel_of
 from simrecon.types import Array, IntArray, KinematicFit, Motion, WindowResult
+from simrecon.types.motion import FALLBACK, NO_STEP, SIMULATED
 
-SIMULATED, FALLBACK = 0, 1
-"""Values of `Motion.status`."""
 Mask = NDArray[np.bool_]
-NO_STEP = -1
-"""`Motion.frame_step` of a frame that was not simulated."""
 _DISTANCE_MAX_M = 1.0
 
 
 @dataclass(frozen=True)
 class Audit:
-    """What must be zero by construction, measured in the final replay.
+    """What must be zero by construction, measured in the final replay; None of a plan, which has no replay.
 
     Attributes:
         max_root_actuator_force_N: largest component (N or Nm) of a motor on the free root.
@@ -35,13 +32,13 @@ class Audit:
         replay_exact: the replay's states equal those of the windows to the last bit.
         self_penetration_max_mm: deepest contact between two parts of the body, over all steps.
         floor_penetration_mean_mm, floor_penetration_max_mm: depth of the body's lowest point under the
-            ground, over the simulated frames.
+            ground, over the frames that show the simulation, or the plan.
     """
 
-    max_root_actuator_force_N: float
-    max_applied_force_N: float
-    replay_exact: bool
-    self_penetration_max_mm: float
+    max_root_actuator_force_N: float | None
+    max_applied_force_N: float | None
+    replay_exact: bool | None
+    self_penetration_max_mm: float | None
     floor_penetration_mean_mm: float
     floor_penetration_max_mm: float
 
@@ -75,7 +72,7 @@ def record(
     between = [(steps > last) & (steps < begin) for last, begin, _ in gaps]
     simulated = (steps <= len(ctrl)) & ~np.any([np.zeros(len(steps), bool), *between], axis=0)  # (T,)
     qpos, qvel = _configurations(problem, trace, grid, simulated)
-    points, com, lowest = _geometry(problem, parts, qpos)
+    points, com, lowest = geometry(problem, parts, qpos)
     fitted = with_items_at_rest(model, fit.qpos)
     motion = Motion(
         times_s=times_s,
@@ -150,18 +147,24 @@ def _loads(trace: Trace, steps: IntArray, simulated: Mask, begins: IntArray) -> 
 
 def _audit(trace: Trace, windows: tuple[WindowResult, ...], lowest_m: Array) -> Audit:
     """What must be zero by construction, of a trace and the heights (S,) of the lowest point."""
-    depth_mm = 1e3 * np.maximum(0.0, -lowest_m)
+    mean_mm, max_mm = depth_mm(lowest_m)
     return Audit(
         max_root_actuator_force_N=trace.root_force_N,
         max_applied_force_N=trace.applied_force_N,
         replay_exact=_exact(trace.states, windows),
         self_penetration_max_mm=1e3 * trace.self_depth_m,
-        floor_penetration_mean_mm=float(depth_mm.mean()),
-        floor_penetration_max_mm=float(depth_mm.max()),
+        floor_penetration_mean_mm=mean_mm,
+        floor_penetration_max_mm=max_mm,
     )
 
 
-def _geometry(problem: Problem, parts: tuple[str, ...], qpos: Array) -> tuple[Array, Array, Array]:
+def depth_mm(lowest_m: Array) -> tuple[float, float]:
+    """Mean and largest depth under the ground, mm, of heights (S,) of the lowest point."""
+    depths = 1e3 * np.maximum(0.0, -lowest_m)
+    return float(depths.mean()), float(depths.max())
+
+
+def geometry(problem: Problem, parts: tuple[str, ...], qpos: Array) -> tuple[Array, Array, Array]:
     """Points (T, M, 3), centre of mass (T, 3) and height of the lowest point (T,) of qpos (T, nq).
 
     The height is over the ground, negative under it, and never above one metre.

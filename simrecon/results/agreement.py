@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon import trust
+from simrecon import kinematics, trust
 from simrecon.body import names
 from simrecon.geometry import camera as cameras
 from simrecon.kinematics import bones
 from simrecon.metrics import pose
 from simrecon.pipeline import Reconstruction
-from simrecon.replay import SIMULATED
 from simrecon.results import ending
 from simrecon.types import Array, Camera, IntArray
 
@@ -50,8 +49,8 @@ class Agreement:
 
 
 def make(run: Reconstruction) -> Agreement:
-    """That of a run, over its simulated frames."""
-    kept = run.motion.status == SIMULATED  # (T,)
+    """That of a run, over its frames of simulation or plan."""
+    kept = run.motion.kept  # (T,)
     times = run.motion.times_s[kept]
     off = pose.distances(run.motion.joints_m[kept], _fitted(run)[kept]).mean(axis=1)  # (S,) m
     error, person, height = _in_image(run, kept)
@@ -80,8 +79,11 @@ def frames_of(run: Reconstruction) -> IntArray:
 
 
 def _fitted(run: Reconstruction) -> Array:
-    """Points (T, M, 3) of the kinematic fit at the evidence's frames."""
-    return np.asarray(run.problem.points_m[frames_of(run)])
+    """Points (T, M, 3) of what the simulation follows, or of the fit that a plan is made of, by frame."""
+    points_m = run.problem.points_m
+    if run.motion.is_planned:
+        points_m = kinematics.configurations(run.fit.body, run.fit.qpos)[1]
+    return np.asarray(points_m[frames_of(run)])
 
 
 @dataclass(frozen=True, eq=False)

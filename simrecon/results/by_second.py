@@ -16,7 +16,7 @@ from simrecon.contact import labels
 from simrecon.engines import restarts
 from simrecon.metrics import pose
 from simrecon.pipeline import Reconstruction
-from simrecon.replay import FALLBACK, SIMULATED
+from simrecon.replay import FALLBACK
 from simrecon.results import agreement, ending, verdict
 from simrecon.results.verdict import BAD, DOUBTFUL, GOOD, LEVELS, graded
 from simrecon.types import Array, IntArray, Report
@@ -49,7 +49,7 @@ class _Frames:
     def __init__(self, run: Reconstruction) -> None:
         motion, self.rows = run.motion, agreement.frames_of(run)  # (T,) of the uniform clock
         self.run, self.gaps = run, ending.make(run)
-        self.simulated = motion.status == SIMULATED
+        self.kept = motion.kept
         self.off_m = pose.distances(motion.joints_m, run.problem.points_m[self.rows]).mean(axis=1)
         self.unseen = run.fit.interpolated[self.rows]
         image = agreement.in_image(run, np.ones(len(self.rows), bool))
@@ -66,7 +66,7 @@ class _Frames:
         lost = float(self.unseen[rows].mean())
         if (level := graded(lost, verdict.UNSEEN_SHARE)) != GOOD:
             yield level, f"landmarks lost in {100 * lost:.0f} % of the frames"
-        own = self.simulated[rows]
+        own = self.kept[rows]
         if own.any():
             off = self.off_m[rows][own]
             level = max(

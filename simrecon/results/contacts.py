@@ -11,7 +11,6 @@ import numpy as np
 from simrecon.contact import honoured, parts, rules, wishes
 from simrecon.kinematics.touched import Touched, touched
 from simrecon.pipeline import Reconstruction
-from simrecon.replay import SIMULATED
 from simrecon.types import Array, Body, ContactTargets, Flags, Interval, Motion, Scene
 
 
@@ -26,9 +25,8 @@ def make(run: Reconstruction) -> dict[str, Any]:
     in_fit = honoured.honoured(fit.wished, near, posed.speed_mps)
     at = np.abs(motion.times_s[:, None] - fit.times_s).argmin(axis=1)
     asked, found = fit.wished.at(at), of_motion(fit.body, fit.scene, motion)
-    simulated = motion.status == SIMULATED
     pushed = pushes(motion, found)
-    in_simulation = honoured.honoured(_where(asked, simulated), pushed, found.speed_mps)
+    in_simulation = honoured.honoured(_where(asked, motion.kept), pushed, found.speed_mps)
     cannot = honoured.impossible(fit.wished, posed.clearance_m)
     done = {(wish.part, wish.kind): wish for wish in in_simulation}
     for wish in in_fit:
@@ -72,7 +70,7 @@ def pushes(motion: Motion, found: Touched) -> Flags:
 
 def spans(body: Body, scene: Scene, motion: Motion) -> Mapping[str, tuple[Interval, ...]]:
     """When each part touched in a simulated motion, s, by name."""
-    pushed = pushes(motion, of_motion(body, scene, motion)) & (motion.status == SIMULATED)[:, None]
+    pushed = pushes(motion, of_motion(body, scene, motion)) & motion.kept[:, None]
     rounded: dict[str, tuple[Interval, ...]] = {}
     for name, flags in zip(parts.names(), pushed.T, strict=True):
         rounded[name] = tuple(_rounded(span, motion.times_s) for span in wishes.spans(flags, motion.times_s))

@@ -47,8 +47,8 @@ def _gap(run: Reconstruction, first: int, last: int) -> dict[str, Any]:
 
 
 def fell(motion: Motion) -> bool:
-    """Whether the pelvis was `FALL_M` or more below that of the kinematic fit for `FALL_S` on end."""
-    if motion.kinematic_qpos is None:
+    """Whether a simulated pelvis was `FALL_M` or more below the kinematic fit's for `FALL_S` on end."""
+    if motion.kinematic_qpos is None or motion.is_planned:
         return False
     low = motion.kinematic_qpos[:, 2] - motion.qpos[:, 2] >= FALL_M  # (T,)
     return restarts.longest_s(motion.times_s, low) >= FALL_S

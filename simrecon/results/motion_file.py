@@ -16,7 +16,7 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.io.arrays import Arrays
 from simrecon.io.npz import load
-from simrecon.replay import FALLBACK, NO_STEP, SIMULATED
+from simrecon.replay import NO_STEP, PLANNED, SIMULATED
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.types import Array, IntArray, Motion
 
@@ -71,9 +71,11 @@ def read(folder: Path | str) -> Motion:
     if "restart_step" in arrays:
         ctrl = np.concatenate((ctrl, _control(arrays, "restart_ctrl", torque.shape[1])))
         step = np.maximum(step, _integers(arrays, "restart_frame_step", NO_STEP, len(ctrl)))
-    status = _integers(arrays, "status", SIMULATED, FALLBACK)
-    if ((step == NO_STEP) != (status == FALLBACK)).any():
-        valid = f"{NO_STEP} at the frames of status {FALLBACK}, and there only"
+    status = _integers(arrays, "status", SIMULATED, PLANNED)
+    if len(set((status == PLANNED).tolist())) > 1:
+        arrays.fail("status", f"{PLANNED} at some frames", f"{PLANNED} at all frames or at none")
+    if ((step == NO_STEP) != (status != SIMULATED)).any():
+        valid = f"{NO_STEP} at the frames of another status than {SIMULATED}, and there only"
         arrays.fail("frame_step", "steps that do not fit the status", valid)
     before = {
         key: arrays.finite(key, ("T", "nq")) if key in arrays else None

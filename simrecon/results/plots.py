@@ -66,10 +66,7 @@ class Plots:
         """
         axes = _axes(axes)
         motion = self._motion
-        pushed = (
-            rules.loaded(np.linalg.norm(motion.contact_force_N, axis=-1))
-            & (motion.status == SIMULATED)[:, None]
-        )
+        pushed = rules.loaded(np.linalg.norm(motion.contact_force_N, axis=-1)) & motion.kept[:, None]
         parts = [part for part, flags in zip(motion.contact_body, pushed.T, strict=True) if flags.any()]
         step = float(np.median(np.diff(motion.times_s)))
         for row, part in enumerate(parts):

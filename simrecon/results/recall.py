@@ -13,9 +13,11 @@ from simrecon.types import Scene
 def job_of(result: Result) -> Job:
     """The job of a result, to be done again from its motion on.
 
-    What was not known of person and floor is not known now either: the same fit then finds the same.
+    What was not known of person and floor is not known now either: the same fit then finds the same. A plan
+    is no motion to begin from.
     """
-    job = replace(result.job, scene=scene_of(result), start=str(result.folder / MOTION))
+    start = None if result.motion.is_planned else str(result.folder / MOTION)
+    job = replace(result.job, scene=scene_of(result), start=start)
     return request.taken_anew(job, ("start",))
 
 

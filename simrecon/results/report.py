@@ -22,7 +22,7 @@ from simrecon.metrics.clearance import box_clearance
 from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import of_frames
 from simrecon.pipeline import Reconstruction
-from simrecon.replay import FALLBACK, SIMULATED
+from simrecon.replay import FALLBACK, PLANNED, SIMULATED
 from simrecon.results import agreement, assumed, by_second, contacts, ending, planned, seen_by, verdict
 from simrecon.results.folder import MOTION, SCHEMA
 from simrecon.results.plain import plain
@@ -114,14 +114,14 @@ def _soft_floor(calibration: Calibration) -> dict[str, Any]:
 
 
 def plausibility(run: Reconstruction) -> dict[str, float | None]:
-    """Scores of the simulated frames that need no reference; docs/metrics.md defines them.
+    """Scores of the frames of simulation or plan that need no reference; docs/metrics.md defines them.
 
     Returns:
         By name with unit. Footskate and float are `footskate_gartner_pct` and `float_gartner_pct`;
-        `mean_grf_pct_bw` is the mean vertical contact force over body weight.
+        `mean_grf_pct_bw` is the mean vertical contact force over body weight; None of a plan without forces.
     """
     motion, model = run.motion, run.problem.model
-    kept = motion.status == SIMULATED  # (T,)
+    kept = motion.kept  # (T,)
     columns = [motion.joint_names.index(name) for name in _FOOT_JOINTS]
     ankles, clearance = motion.joints_m[kept][:, columns], _foot_clearance(run)  # (S, 2, 3), (S, 2)
     weight_N = locate(model).mass_kg(model) * float(np.linalg.norm(model.opt.gravity))
@@ -132,14 +132,16 @@ def plausibility(run: Reconstruction) -> dict[str, float | None]:
         "float_pct": 100.0 * of_frames(feet.float_frames(clearance)).value,
         "penetration_mean_mm": run.audit.floor_penetration_mean_mm,
         "penetration_max_mm": run.audit.floor_penetration_max_mm,
-        "mean_grf_pct_bw": 100 * of_frames(motion.grf_N[kept, 2]).value / weight_N,
+        "mean_grf_pct_bw": 100 * of_frames(motion.grf_N[kept, 2]).value / weight_N
+        if motion.knows_forces
+        else None,
         "mpjpe_2d_px": _mpjpe_2d(run),
     }
 
 
 def _foot_clearance(run: Reconstruction) -> Array:
-    """Height of each foot's lowest corner over what is under its centre, (S, 2), in the simulated frames."""
-    model, qpos = run.problem.model, run.motion.qpos[run.motion.status == SIMULATED]
+    """Height of each foot's lowest corner over what is under its centre, (S, 2); none of the fallback."""
+    model, qpos = run.problem.model, run.motion.qpos[run.motion.kept]
     boxes = locate(model).geoms(model, _FEET)
     centres, axes = np.empty((len(qpos), 2, 3)), np.empty((len(qpos), 2, 3, 3))
     for frame, data in enumerate(posed(model, qpos)):
@@ -150,7 +152,7 @@ def _foot_clearance(run: Reconstruction) -> Array:
 
 def _mpjpe_2d(run: Reconstruction) -> float | None:
     """Mean reprojection error of the motion's points, px; None without 2D landmarks or a camera."""
-    evidence, kept = run.evidence, run.motion.status == SIMULATED
+    evidence, kept = run.evidence, run.motion.kept
     if run.fit.camera is None or not evidence.keypoint_names:
         return None
     points = names.resolve(evidence.keypoint_names)
@@ -215,7 +217,8 @@ def _frames(run: Reconstruction) -> dict[str, Any]:
     fallback = np.flatnonzero(run.motion.status == FALLBACK)
     return {
         "count": len(times),
-        "simulated": len(times) - len(fallback),
+        "simulated": int(np.count_nonzero(run.motion.status == SIMULATED)),
+        "planned": int(np.count_nonzero(run.motion.status == PLANNED)),
         "fallback": len(fallback),
         "interpolated": len(interpolated),
         "fallback_frames": fallback,

@@ -20,7 +20,7 @@ from simrecon.io import atomic
 from simrecon.job import Job, request
 from simrecon.job.inputs import background
 from simrecon.pipeline import Reconstruction
-from simrecon.results import beside, motion_file, placing, report, report_file, verdict
+from simrecon.results import beside, motion_file, placing, ranking, report, report_file
 from simrecon.results import folder as folders
 from simrecon.results.view import Result, open_result
 from simrecon.softfloor import Calibration
@@ -141,7 +141,7 @@ def _is_worse(content: Report, target: Path) -> bool:
     if not (target / folders.REPORT).is_file():
         return False
     try:
-        return verdict.is_worse(content, report_file.read(target))
+        return ranking.is_worse(content, report_file.read(target))
     except (InputError, LookupError, TypeError, ValueError, ZeroDivisionError):
         return False
 

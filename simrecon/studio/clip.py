@@ -66,11 +66,11 @@ class Clip:
         return int(np.abs(self.times_s - time_s).argmin())
 
     def force_N(self) -> Array:
-        """Vertical force of the scene on the person (T,); NaN where nothing was simulated."""
+        """Vertical force of the scene on the person (T,); NaN where there is none."""
         if self.motion is None:
             return np.full(self.frames, np.nan)
         force = self.motion.grf_N[:, 2].astype(float)
-        return np.where((self.motion.frame_step > 0) & ~self.motion.begins, force, np.nan)
+        return np.where(self.motion.loaded, force, np.nan)
 
     def pelvis_m(self) -> Array:
         """Height of the pelvis (T,)."""

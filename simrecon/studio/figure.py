@@ -106,7 +106,7 @@ _NONE = np.array([[[0.0, 0.0, -50.0], [0.0, 0.0, -49.9]]])
 def arrows(clip: Clip, frame: int) -> Array:
     """From and to of the forces in a frame (N, 2, 3); one far under the floor where there is none."""
     motion = clip.motion
-    if motion is None or motion.frame_step[frame] <= 0 or motion.begins[frame]:
+    if motion is None or not motion.loaded[frame]:
         return _NONE
     force, point = motion.contact_force_N[frame], motion.contact_point_m[frame]
     loaded = np.linalg.norm(force, axis=-1) > LEAST_N

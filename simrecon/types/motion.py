@@ -1,4 +1,4 @@
-"""A simulated motion, and what is said of the run that made it."""
+"""A motion, simulated or planned, and what is said of the run that made it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.types.arrays import Array, IntArray
+
+SIMULATED, FALLBACK, PLANNED = 0, 1, 2
+"""Values of `Motion.status`; where one frame is planned, all are: nothing was to be simulated."""
+NO_STEP = -1
+"""`Motion.frame_step` of a frame that was not simulated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,26 @@ class Motion:
     planned_qpos: Array | None = None
     restart_step: IntArray | None = None
     restart_state: Array | None = None
+
+    @property
+    def kept(self) -> NDArray[np.bool_]:
+        """(T,) whether a frame shows what was asked for: the simulation, or the plan where that is all."""
+        return np.asarray(self.status != FALLBACK)
+
+    @property
+    def is_planned(self) -> bool:
+        """Whether nothing was to be simulated: the motion is what was planned."""
+        return bool((self.status == PLANNED).all())
+
+    @property
+    def knows_forces(self) -> bool:
+        """Whether forces and torques mean anything: those of a simulation, or of a planner that has some."""
+        return not self.is_planned or bool(self.contact_force_N.any())
+
+    @property
+    def loaded(self) -> NDArray[np.bool_]:
+        """(T,) whether a frame has forces of its own: it is no fallback, and no simulation begins there."""
+        return np.asarray(self.kept & ~self.begins)
 
     @property
     def begins(self) -> NDArray[np.bool_]:

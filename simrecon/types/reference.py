@@ -61,6 +61,7 @@ class Reference:
         contact_names: C parts of the body or contact points, none where nothing is known of contacts.
         contact: (T, C) probability that each touches, or None.
         contact_segments: (C,) segment of the body that each is on, where forces are known.
+        contact_parts: (C,) primitive of the body that each is on, where forces are known.
         contact_force_N: (T, C, 3) force of the scene on it, or None.
         contact_place_m: (T, C, 3) where that acts, or None.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
@@ -75,6 +76,7 @@ class Reference:
     contact_names: tuple[str, ...] = ()
     contact: Array | None = None
     contact_segments: tuple[str, ...] = ()
+    contact_parts: tuple[str, ...] = ()
     contact_force_N: Array | None = None
     contact_place_m: Array | None = None
     root_wrench: Array | None = None

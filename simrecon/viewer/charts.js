@@ -164,7 +164,7 @@ const SimreconCharts = (() => {
     constructor(box, curves, onSeek) {
       Object.assign(this, { box, curves, onSeek, times: curves.times_s, tracks: [], frame: 0 });
       this.last = this.times.at(-1) || 1;
-      this.lost = this.spansOf(curves.status);
+      this.lost = this.spansOf(curves.status.map(status => status === 1));
       this.cursor = html("div", { class: "cursor", "aria-hidden": "true" });
       this.axis = html("div", { class: "axis" });
       box.append(this.axis, this.cursor);

@@ -14,12 +14,13 @@
     const verdict = data.verdict ? data.verdict.verdict : "no verdict";
     $("verdict").textContent = verdict;
     if (data.verdict) $("verdict").classList.add(verdict);
-    const lost = curves.status.filter(Boolean).length;
+    const lost = curves.status.some(status => status === 1), planned = curves.status.every(status => status === 2);
     $("facts").textContent = [
       `${last.toFixed(2)} s`, `${data.frame_count} frames${times.length < data.frame_count ? `, ${times.length} of them here` : ""}`,
-      lost ? "not all simulated" : "all simulated", `body weight ${curves.weight_N.toFixed(0)} N`,
+      planned ? "planned, not simulated" : lost ? "not all simulated" : "all simulated", `body weight ${curves.weight_N.toFixed(0)} N`,
     ].join(" · ");
     $("version").textContent = data.version;
+    if (planned) $("executed").textContent = "Nothing was simulated: poses and forces are a plan.";
     if (data.video) { $("video").href = data.video; $("video").hidden = false; }
     const reasons = data.verdict ? data.verdict.reasons : [];
     $("reasons").replaceChildren(...reasons.map(reason => {

@@ -9,7 +9,6 @@ import numpy as np
 from simrecon import kinematics
 from simrecon.io.messages import counted
 from simrecon.metrics import pose
-from simrecon.replay import SIMULATED
 from simrecon.results import Result, kinematic, verdict
 from simrecon.types import Array, Flags, Motion
 
@@ -59,7 +58,7 @@ def from_fit_m(result: Result) -> Array | None:
 
 
 def _judged(motion: Motion, frames: Flags, apart_m: Array | None, unseen: Flags) -> tuple[str, str]:
-    lost = int(np.count_nonzero(motion.status[frames] != SIMULATED))
+    lost = int(np.count_nonzero(~motion.kept[frames]))
     if lost:
         return verdict.BAD, f"{counted(lost, 'frame')} not simulated"
     reasons = []

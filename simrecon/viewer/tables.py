@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from simrecon.results.verdict import is_plan
 from simrecon.system.progress import duration
 from simrecon.types import Report
 
@@ -23,6 +24,10 @@ AGREEMENT = (
     ("fit_max_m", "From the kinematic fit, at most", "mm", 1e3),
     ("input_mean_m", "Fit from the input", "mm", 1e3),
     ("image_person_pct", "From the landmarks, of the person's height in the image", "%", 1.0),
+)
+UNEXPLAINED = (
+    ("wrench_force_pct", "Force that the plan leaves unexplained, of body weight"),
+    ("wrench_moment_pct", "Moment that the plan leaves unexplained, of body weight times stature"),
 )
 HIGHLIGHTS = (
     ("agreement", "fit_mean_m", "From the kinematic fit", "mm", 1e3),
@@ -92,12 +97,18 @@ def _origin(assumed: dict[str, Any], key: str) -> str:
 
 def _plausibility(report: Report) -> Iterator[Row]:
     frames, agreement = report["frames"], report.get("agreement", {})
-    yield "Frames simulated", f"{frames['simulated']} of {frames['count']}"
+    if is_plan(report):
+        yield "Frames planned", f"{frames['planned']} of {frames['count']}, nothing was simulated"
+    else:
+        yield "Frames simulated", f"{frames['simulated']} of {frames['count']}"
     if frames.get("interpolated"):
         yield "Frames out of view", str(frames["interpolated"])
     for key, words, unit, factor in AGREEMENT:
         if (value := agreement.get(key)) is not None:
             yield words, f"{factor * value:.1f} {unit}"
+    for key, words in UNEXPLAINED:
+        if (value := (report.get("planned") or {}).get(key)) is not None:
+            yield words, f"{value:.1f} %"
     for key, words, unit, digits in PLAUSIBILITY:
         if (value := report["metrics"].get(key)) is not None:
             yield words, f"{value:.{digits}f} {unit}"
@@ -132,7 +143,10 @@ def _cost(report: Report) -> Iterator[Row]:
 
 def _audit(report: Report) -> Iterator[Row]:
     audit = report["audit"]
-    yield "Replay", "the same bits" if audit.get("replay_exact") else "differs"
+    if is_plan(report):
+        yield "Replay", "none: nothing was simulated"
+    else:
+        yield "Replay", "the same bits" if audit.get("replay_exact") else "differs"
     for key, words, unit in (
         ("max_root_actuator_force_N", "Motor force on the root, at most", "N"),
         ("max_applied_force_N", "Other force from outside, at most", "N"),

@@ -106,20 +106,20 @@ def test_the_worst_reason_comes_first() -> None:
 def test_a_worse_result_is_one_with_a_worse_verdict_or_fewer_frames() -> None:
     good, doubtful = changed(), changed(agreement={"fit_mean_m": 0.06})
     fell = changed(frames={"fallback": 103, "simulated": 76}, gaps=FELL)
-    assert verdict.is_worse(doubtful, good)
-    assert verdict.is_worse(fell, doubtful)
-    assert not verdict.is_worse(good, fell)
-    assert not verdict.is_worse(good, good)
+    assert ranking.is_worse(doubtful, good)
+    assert ranking.is_worse(fell, doubtful)
+    assert not ranking.is_worse(good, fell)
+    assert not ranking.is_worse(good, good)
     blurred = changed(agreement={"fit_mean_m": 0.04})
-    assert verdict.is_worse(blurred, good)
-    assert not verdict.is_worse({**blurred, "input": {"sha256": "1" * 64}}, good)
+    assert ranking.is_worse(blurred, good)
+    assert not ranking.is_worse({**blurred, "input": {"sha256": "1" * 64}}, good)
 
 
 def test_a_result_of_an_earlier_version_is_compared_by_its_frames() -> None:
     old = {key: value for key, value in changed().items() if key not in ("verdict", "agreement", "gaps")}
     fell = changed(frames={"fallback": 103, "simulated": 76}, gaps=FELL)
-    assert verdict.is_worse(fell, old)
-    assert not verdict.is_worse(changed(agreement={"fit_mean_m": 0.3}), old)
+    assert ranking.is_worse(fell, old)
+    assert not ranking.is_worse(changed(agreement={"fit_mean_m": 0.3}), old)
 
 
 # --- in a result

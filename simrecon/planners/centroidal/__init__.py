@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simrecon.contact.parts import parts
 from simrecon.errors import InputError
 from simrecon.io.messages import counted
 from simrecon.kinematics import configurations
@@ -59,11 +60,17 @@ def plan(fit: KinematicFit, evidence: Evidence, wanted: Plan) -> Reference:
         contact_names=tuple(point.name for point in planned.points),
         contact=planned.contact.T.astype(float),
         contact_segments=tuple(fit.body.skeleton.names[point.segment] for point in planned.points),
+        contact_parts=tuple(_primitive(point.name) for point in planned.points),
         contact_force_N=forces,
         contact_place_m=places,
         root_wrench=solving.wrench(fit.body, qpos, fit.times_s, places, forces),
         notes=(*unseen.feet(evidence), *planned.notes),
     )
+
+
+def _primitive(part: str) -> str:
+    """The first primitive of a part of the body (`contact.parts`)."""
+    return next(name for known in parts() if known.name == part for name in known.at)
 
 
 def check(fit: KinematicFit) -> None:

@@ -83,6 +83,7 @@ def _reference(
         com_m=configurations(fit.body, qpos)[0],
         contact_names=contact_names(fit.body.primitives),
         contact=(np.tanh(size - 1.0) + 1.0) / 2.0,
+        contact_parts=contact_parts(fit.body.primitives),
         contact_segments=tuple(fit.body.skeleton.names[row] for row in planned.problem.contacts.segments),
         contact_force_N=forces,
         contact_place_m=np.swapaxes(motion.touching_m, 0, 1),
@@ -105,8 +106,17 @@ def _every_frame(values: Array) -> Array:
 
 def contact_names(primitives: tuple[Primitive, ...]) -> tuple[str, ...]:
     """Names of the contact points of primitives (`kinematics.contacts`): the part's name, and a number."""
-    counts = ((part.name, 2 if part.kind == "capsule" else 8) for part in primitives)
-    return tuple(f"{name}_{number}" for name, count in counts for number in range(count))
+    return tuple(f"{part.name}_{number}" for part in primitives for number in range(_points(part)))
 
 
-__all__ = ["contact_names", "plan"]
+def contact_parts(primitives: tuple[Primitive, ...]) -> tuple[str, ...]:
+    """The primitive of each contact point."""
+    return tuple(part.name for part in primitives for _ in range(_points(part)))
+
+
+def _points(part: Primitive) -> int:
+    """Ends of a capsule, corners of a box."""
+    return 2 if part.kind == "capsule" else 8
+
+
+__all__ = ["contact_names", "contact_parts", "plan"]
