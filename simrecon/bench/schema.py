@@ -29,6 +29,7 @@ RUN_SCORES = (
     "from_reference_worst_mm",
     "wrench_force_pct",
     "wrench_moment_pct",
+    "distant_force_pct",
 )
 """What a run, and the independent script, say of it, as scores of the motion `run`."""
 

@@ -116,10 +116,10 @@ def _unexplained(report: Report) -> str:
     if planned is None:
         return "none: this planner knows no forces"
     force, moment = planned["wrench_force_pct"], planned["wrench_moment_pct"]
-    return (
-        f"{force:.1f} % of body weight and {moment:.1f} % of body weight times stature are unexplained "
-        "(95 % of frames have less)"
-    )
+    words = f"{force:.1f} % of body weight and {moment:.1f} % of body weight times stature are unexplained"
+    if planned["distant_force_pct"] is not None:
+        words += f", {planned['distant_force_pct']:.1f} % of body weight acts from a distance"
+    return f"{words} (95 % of frames have less)"
 
 
 def _wishes(report: Report) -> Iterator[tuple[str, str]]:

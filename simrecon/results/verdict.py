@@ -136,10 +136,14 @@ def _unexplained(report: Report) -> list[Reason]:
     if planned is None or not is_plan(report):
         return []
     force, moment = planned["wrench_force_pct"], planned["wrench_moment_pct"]
-    level = graded(max(force, moment), WRENCH_PCT)
+    distant = planned["distant_force_pct"] or 0.0
+    level = graded(max(force, moment, distant), WRENCH_PCT)
     if level == GOOD:
         return []
-    text = f"{force:.1f} % of body weight and {moment:.1f} % of body weight times stature are unexplained"
+    text = (
+        f"{force:.1f} % of body weight and {moment:.1f} % of body weight times stature are unexplained, "
+        f"{distant:.1f} % of body weight acts from a distance"
+    )
     return [Reason(level, text, "simulate it (--engine sampling), or give the scene what else is touched")]
 
 

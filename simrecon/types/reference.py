@@ -64,6 +64,7 @@ class Reference:
         contact_parts: (C,) primitive of the body that each is on, where forces are known.
         contact_force_N: (T, C, 3) force of the scene on it, or None.
         contact_place_m: (T, C, 3) where that acts, or None.
+        contact_apart_m: (T, C) how far that is from the scene, negative inside, or None: contacts touch.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
             zero obeys dynamics; None where the planner knows no dynamics.
         notes: of the planner, in words: what it could not do, or took otherwise than it was asked.
@@ -79,5 +80,6 @@ class Reference:
     contact_parts: tuple[str, ...] = ()
     contact_force_N: Array | None = None
     contact_place_m: Array | None = None
+    contact_apart_m: Array | None = None
     root_wrench: Array | None = None
     notes: tuple[str, ...] = ()

@@ -28,6 +28,7 @@ AGREEMENT = (
 UNEXPLAINED = (
     ("wrench_force_pct", "Force that the plan leaves unexplained, of body weight"),
     ("wrench_moment_pct", "Moment that the plan leaves unexplained, of body weight times stature"),
+    ("distant_force_pct", "Planned force that acts from a distance, of body weight"),
 )
 HIGHLIGHTS = (
     ("agreement", "fit_mean_m", "From the kinematic fit", "mm", 1e3),

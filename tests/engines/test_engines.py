@@ -10,7 +10,7 @@ from simrecon.errors import InputError
 from tests.engines.conftest import Makers
 
 
-@pytest.mark.parametrize("name", engines.names())
+@pytest.mark.parametrize("name", engines.ENGINES)
 def test_every_name_is_a_tracker_of_the_problem(make: type[Makers], name: str) -> None:
     problem = make.clip(make.settings())
     tracker = engines.make(name, problem, 1)
@@ -20,10 +20,17 @@ def test_every_name_is_a_tracker_of_the_problem(make: type[Makers], name: str) -
 
 
 def test_sampling_is_the_one_that_ships(make: type[Makers]) -> None:
-    assert engines.names() == ("sampling",)
+    assert engines.names() == ("sampling", "none")
     assert isinstance(engines.make("sampling", make.clip(make.settings()), 1), Sampler)
 
 
 def test_an_unknown_name_lists_the_valid_ones(make: type[Makers]) -> None:
     with pytest.raises(InputError, match=r"'samplign'.*valid: sampling"):
         engines.make("samplign", make.clip(make.settings()))
+
+
+def test_the_engine_that_simulates_nothing_is_no_tracker(make: type[Makers]) -> None:
+    engines.check(engines.NOTHING)
+    assert [name for name in engines.names() if not engines.simulates(name)] == [engines.NOTHING]
+    with pytest.raises(InputError, match="the engine 'none' simulates nothing; valid: sampling"):
+        engines.make(engines.NOTHING, make.clip(make.settings()))

@@ -190,6 +190,7 @@ def test_self_contact_is_no_force_of_the_scene(standing: Any) -> None:
     window = replace(standing.windows[0], ctrl=ctrl, states=simulate(model, state, ctrl))
     motion, audit = recorded(standing, (window,))
     assert audit.self_penetration_max_mm == pytest.approx(-1e3 * touching.contact.dist.min())
+    assert audit.self_penetration_max_mm is not None
     assert audit.self_penetration_max_mm > 1
     assert not motion.grf_N.any()
 

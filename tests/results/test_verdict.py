@@ -15,7 +15,7 @@ from simrecon import evidence, resources, results
 from simrecon import plan as plans
 from simrecon.evidence.camera import fov
 from simrecon.job import Job, Reading
-from simrecon.results import assumed, verdict
+from simrecon.results import assumed, ranking, verdict
 from simrecon.running import run as run_job
 from tests.support.runs import job_of
 

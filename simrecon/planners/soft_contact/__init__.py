@@ -87,6 +87,7 @@ def _reference(
         contact_segments=tuple(fit.body.skeleton.names[row] for row in planned.problem.contacts.segments),
         contact_force_N=forces,
         contact_place_m=np.swapaxes(motion.touching_m, 0, 1),
+        contact_apart_m=motion.apart_m.T,
         root_wrench=_at_root(_every_frame(found.residual * planned.world.sigma), motion),
     )
 
