@@ -132,8 +132,7 @@ def _apart(report: Report) -> list[Reason]:
 
 def _unexplained(report: Report) -> list[Reason]:
     """What pushes a planned motion that is neither weight nor contact; a simulation has nothing of it."""
-    planned = report["planned"]
-    if planned is None or not is_plan(report):
+    if not is_plan(report) or (planned := report["planned"]) is None:
         return []
     force, moment = planned["wrench_force_pct"], planned["wrench_moment_pct"]
     distant = planned["distant_force_pct"] or 0.0

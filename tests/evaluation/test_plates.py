@@ -55,6 +55,7 @@ def test_means_since_the_frame_before_lie_in_the_middle() -> None:
         contact_body=FEET,
         contact_force_N=force,
         contact_point_m=centre,
+        is_planned=False,
     )
     clip: Any = SimpleNamespace(times_s=times, interval_s=DT)
     measured = Plates(growing, centre + 0.03, (times > 0.5) & (times < 2.5), 6.0)
