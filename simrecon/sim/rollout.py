@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.sim.address import locate
+from simrecon.sim.apart import Colleague
+from simrecon.sim.derivatives import Transitions, transitions
 from simrecon.sim.inverse import Inverse
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component
@@ -65,6 +67,7 @@ class Simulator:
         self.steps = 0
         self._wanted, self._threads = threads, 0
         self._counting = Lock()
+        self._colleagues = list[Colleague]()
         self._follow()
 
     @property
@@ -119,6 +122,36 @@ class Simulator:
         first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
         qpos[:, at_steps == 0] = first[:, None, : self.person.nq]
         return Rollouts(qpos, points, com, finite)
+
+    def transitions(self, states: Array, ctrl: Array) -> list[Transitions]:
+        """Derivatives of consecutive steps, in pieces; processes of their own help with them (`apart`).
+
+        Args:
+            states: (N + 1, nstate) full states of a trajectory.
+            ctrl: (N, nu) the control that led from each to the next.
+        """
+        self._follow()
+        parts = pieces(len(ctrl), len(ctrl))
+        helping = self._help(min(self._threads, len(parts)) - 1)
+        shares = [parts[place :: 1 + len(helping)] for place in range(1 + len(helping))]
+
+        def own(part: slice) -> Transitions:
+            return transitions(self.inverse, states[part.start : part.stop + 1], ctrl[part])
+
+        found = dict[int, Transitions]()
+        with unlogged():  # threads of one Python would wait for each other
+            asked = [one for one, share in zip(helping, shares[1:], strict=True) if one.ask(states, ctrl, share)]
+            for part in shares[0]:
+                found[part.start] = own(part)
+            for one in asked:
+                found |= one.answer()
+            return [found.get(part.start) or own(part) for part in parts]
+
+    def _help(self, count: int) -> list[Colleague]:
+        """So many colleagues, less those that have not started yet."""
+        while len(self._colleagues) < count:
+            self._colleagues.append(Colleague(self.model))
+        return [one for one in self._colleagues[:count] if one.ready]
 
     def _follow(self) -> None:
         """Take up the number of threads that is wanted now: workers, each with its share."""

@@ -14,8 +14,7 @@ import numpy as np
 from simrecon.engines.sampling.task import Task
 from simrecon.engines.sampling.terms import DIFFERENCES, Moves
 from simrecon.optim.banded import Banded, Single
-from simrecon.sim import rollout
-from simrecon.sim.derivatives import PointSlopes, Transitions, by_offset, transitions
+from simrecon.sim.derivatives import PointSlopes, Transitions, by_offset
 from simrecon.sim.poses import posed
 from simrecon.sim.rollout import Rollouts, Simulator
 from simrecon.sim.state import qpos_of, simulate
@@ -49,10 +48,7 @@ def linearise(task: Task, simulator: Simulator, x: Array, scale: Array) -> Linea
     state, ctrl = task.states(x[None])[0], task.control(x[None])[0, :-1]
     states = simulate(simulator.model, state, ctrl)
     banded = _of_frames(task, simulator, qpos_of(simulator.model, states)[task.at_steps])
-    parts = rollout.pieces(len(ctrl), len(ctrl))
-    steps = simulator.each(
-        lambda part: transitions(simulator.inverse, states[part.start : part.stop + 1], ctrl[part]), parts
-    )
+    steps = simulator.transitions(states, ctrl)
     curvature, gradient = banded.squares(_moves(task, simulator, x, scale, steps))
     return _guarded(curvature, gradient)
 

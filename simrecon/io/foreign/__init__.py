@@ -10,8 +10,6 @@ __main__     the process
 
 from __future__ import annotations
 
-import io
-import json
 import os
 import subprocess  # nosec B404  # runs this Python alone
 import sys
@@ -19,9 +17,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.io import packing
 from simrecon.io.limits import MAX_BYTES
 
 PARSERS = ("storage",)
@@ -88,33 +86,6 @@ def _answer(status: int, output: bytes) -> dict[str, NDArray[Any]]:
     if status != 0 or len(output) > MAX_BYTES:
         raise DamageError("its parser failed on it, or took more memory or time than it may")
     try:
-        return _unpacked(output)
+        return packing.unpacked(output)
     except (ValueError, KeyError, TypeError, EOFError) as error:
         raise DamageError("its parser failed on it") from error
-
-
-def packed(arrays: dict[str, NDArray[Any]]) -> bytes:
-    """Arrays of numbers and text as bytes: a line of JSON that describes them, and their content."""
-    plain = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    about = {name: [array.dtype.str, array.shape] for name, array in plain.items()}
-    stream = io.BytesIO()
-    stream.write(json.dumps(about).encode() + b"\n")
-    for array in plain.values():
-        stream.write(array.tobytes())
-    return stream.getvalue()
-
-
-def _unpacked(output: bytes) -> dict[str, NDArray[Any]]:
-    """The arrays of `packed`, of bytes that may be anything."""
-    line, _, rest = output.partition(b"\n")
-    arrays: dict[str, NDArray[Any]] = {}
-    at = 0
-    for name, (kind, shape) in json.loads(line).items():
-        dtype = np.dtype(str(kind))
-        if dtype.kind not in "fiuU" or not all(type(size) is int and size >= 0 for size in shape):
-            raise ValueError("no plain array")
-        count = int(np.prod(shape, dtype=object))
-        size = count * dtype.itemsize
-        arrays[name] = np.frombuffer(rest, dtype, count if size else 0, at).reshape(shape)
-        at += size
-    return arrays

@@ -6,7 +6,7 @@ import importlib
 import sys
 from pathlib import Path
 
-from simrecon.io import foreign
+from simrecon.io import foreign, packing
 
 
 def limit(memory: int, seconds: int) -> None:
@@ -38,7 +38,7 @@ def main(parser: str, file: str, memory: int, seconds: int) -> int:
     module = importlib.import_module(f"{foreign.__name__}.{parser}")
     limit(memory, seconds)
     try:
-        answer = foreign.packed(module.parse(file))
+        answer = packing.packed(module.parse(file))
     except Exception as error:
         reason = str(error).replace(file, "the file") or type(error).__name__
         sys.stdout.buffer.write(reason.encode("utf-8", "replace"))

@@ -1,0 +1,71 @@
+"""Arrays between two processes: a line of JSON that describes them, and their content."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SIZE_BYTES = 8
+
+
+def packed(arrays: dict[str, NDArray[Any]]) -> bytes:
+    """Arrays of numbers and text as bytes."""
+    plain = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    about = {name: [array.dtype.str, array.shape] for name, array in plain.items()}
+    stream = io.BytesIO()
+    stream.write(json.dumps(about).encode() + b"\n")
+    for array in plain.values():
+        stream.write(array.tobytes())
+    return stream.getvalue()
+
+
+def unpacked(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of `packed`, of bytes that may be anything.
+
+    Raises:
+        ValueError, KeyError, TypeError, EOFError: they are no packed arrays.
+    """
+    line, _, rest = content.partition(b"\n")
+    arrays: dict[str, NDArray[Any]] = {}
+    at = 0
+    for name, (kind, shape) in json.loads(line).items():
+        dtype = np.dtype(str(kind))
+        if dtype.kind not in "fiuU" or not all(type(size) is int and size >= 0 for size in shape):
+            raise ValueError("no plain array")
+        count = int(np.prod(shape, dtype=object))
+        size = count * dtype.itemsize
+        arrays[name] = np.frombuffer(rest, dtype, count if size else 0, at).reshape(shape)
+        at += size
+    return arrays
+
+
+def send(stream: BinaryIO, arrays: dict[str, NDArray[Any]]) -> None:
+    """Write arrays to a pipe.
+
+    Raises:
+        OSError: nobody reads it any more.
+    """
+    content = packed(arrays)
+    stream.write(len(content).to_bytes(_SIZE_BYTES, "little") + content)
+    stream.flush()
+
+
+def receive(stream: BinaryIO) -> dict[str, NDArray[Any]]:
+    """The next arrays from a pipe.
+
+    Raises:
+        EOFError: it ended.
+    """
+    size = int.from_bytes(_exactly(stream, _SIZE_BYTES), "little")
+    return unpacked(_exactly(stream, size))
+
+
+def _exactly(stream: BinaryIO, size: int) -> bytes:
+    content = stream.read(size)
+    if len(content) < size:
+        raise EOFError("the pipe ended")
+    return content

@@ -1,0 +1,138 @@
+"""Derivatives of steps in processes of their own, where threads of one Python would wait for each other.
+
+Reading a step takes a hundred short calls, and only one thread of a Python can make them at a time. A
+colleague is a second Python that gets the model once, and then stretches of a trajectory. It ends with the
+pipe that it is asked through. What is computed does not depend on where.
+
+    python -m simrecon.sim.apart        the process
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess  # nosec B404  # runs this Python alone
+import sys
+import weakref
+from collections.abc import Sequence
+from threading import Thread
+from typing import BinaryIO
+
+import mujoco
+import numpy as np
+
+from simrecon.io import packing
+from simrecon.sim.derivatives import Transitions, transitions
+from simrecon.sim.inverse import Inverse
+from simrecon.sim.quiet import unlogged
+from simrecon.types import Array
+
+WAIT_S = 5.0
+"""For a process to end by itself."""
+
+
+class Colleague:
+    """A process that differentiates steps of one model; one thread may ask it at a time.
+
+    Attributes:
+        ready: whether it has started, and knows the model.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Start it, without waiting for it."""
+        self.ready = False
+        command = [sys.executable, "-P", "-m", __name__]
+        self._process = subprocess.Popen(  # nosec B603  # no shell, words of our own
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=_environment(),
+        )
+        self.close = weakref.finalize(self, _end, self._process)
+        Thread(target=self._introduce, args=(_binary(model),), daemon=True).start()
+
+    def ask(self, states: Array, ctrl: Array, parts: Sequence[slice]) -> bool:
+        """Whether it was asked for parts of a trajectory, as `derivatives.transitions` has it."""
+        asked: dict[str, Array] = {}
+        for part in parts:
+            asked[f"states {part.start}"] = states[part.start : part.stop + 1]
+            asked[f"ctrl {part.start}"] = ctrl[part]
+        try:
+            self._send(**asked)
+        except OSError:
+            self.ready = False
+        return self.ready
+
+    def answer(self) -> dict[int, Transitions]:
+        """What it was asked for, by the first step of each part; nothing if the process has ended."""
+        try:
+            found = self._receive()
+        except (OSError, EOFError, ValueError):
+            self.ready = False
+            return {}
+        starts = (int(name.split()[1]) for name in found if name.startswith("state "))
+        return {start: Transitions(found[f"state {start}"], found[f"control {start}"]) for start in starts}
+
+    def _introduce(self, model: Array) -> None:
+        with contextlib.suppress(OSError, EOFError, ValueError):
+            self._send(model=model)
+            self._receive()
+            self.ready = True
+
+    def _send(self, **arrays: Array) -> None:
+        assert self._process.stdin is not None
+        packing.send(self._process.stdin, arrays)
+
+    def _receive(self) -> dict[str, Array]:
+        assert self._process.stdout is not None
+        return packing.receive(self._process.stdout)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Close the pipes of a process, which ends it."""
+    for stream in (process.stdin, process.stdout):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.close()
+    try:
+        process.wait(WAIT_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _environment() -> dict[str, str]:
+    """Ours, with the places where Python finds its modules now, and one thread of linear algebra."""
+    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
+    return os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def _binary(model: mujoco.MjModel) -> Array:
+    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    return content
+
+
+def serve(requests: BinaryIO, answers: BinaryIO) -> None:
+    """Answer one request after another, until there are no more."""
+    model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": packing.receive(requests)["model"].tobytes()})
+    inverse = Inverse(model)
+    packing.send(answers, {"ready": np.ones(1)})
+    while True:
+        try:
+            asked = packing.receive(requests)
+        except EOFError:
+            return
+        found: dict[str, Array] = {}
+        with unlogged():
+            for start in (name.split()[1] for name in asked if name.startswith("ctrl ")):
+                own = transitions(inverse, asked[f"states {start}"], asked[f"ctrl {start}"])
+                found[f"state {start}"], found[f"control {start}"] = own.state, own.control
+        packing.send(answers, found)
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asks decides
+    serve(sys.stdin.buffer, sys.stdout.buffer)
