@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,28 +43,32 @@ def unpacked(content: bytes) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def send(stream: BinaryIO, arrays: dict[str, NDArray[Any]]) -> None:
+def send(stream: IO[bytes] | None, arrays: dict[str, NDArray[Any]]) -> None:
     """Write arrays to a pipe.
 
     Raises:
         OSError: nobody reads it any more.
     """
+    if stream is None:
+        raise OSError("there is no pipe")
     content = packed(arrays)
     stream.write(len(content).to_bytes(_SIZE_BYTES, "little") + content)
     stream.flush()
 
 
-def receive(stream: BinaryIO) -> dict[str, NDArray[Any]]:
+def receive(stream: IO[bytes] | None) -> dict[str, NDArray[Any]]:
     """The next arrays from a pipe.
 
     Raises:
         EOFError: it ended.
     """
+    if stream is None:
+        raise EOFError("there is no pipe")
     size = int.from_bytes(_exactly(stream, _SIZE_BYTES), "little")
     return unpacked(_exactly(stream, size))
 
 
-def _exactly(stream: BinaryIO, size: int) -> bytes:
+def _exactly(stream: IO[bytes], size: int) -> bytes:
     content = stream.read(size)
     if len(content) < size:
         raise EOFError("the pipe ended")

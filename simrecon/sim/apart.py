@@ -17,10 +17,11 @@ import sys
 import weakref
 from collections.abc import Sequence
 from threading import Thread
-from typing import BinaryIO
+from typing import IO, Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from simrecon.io import packing
 from simrecon.sim.derivatives import Transitions, transitions
@@ -28,6 +29,7 @@ from simrecon.sim.inverse import Inverse
 from simrecon.sim.quiet import unlogged
 from simrecon.types import Array
 
+Arrays = dict[str, NDArray[Any]]
 WAIT_S = 5.0
 """For a process to end by itself."""
 
@@ -36,31 +38,31 @@ class Colleague:
     """A process that differentiates steps of one model; one thread may ask it at a time.
 
     Attributes:
-        ready: whether it has started, and knows the model.
+        process: that it is. ready: whether it has started, and knows the model.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Start it, without waiting for it."""
         self.ready = False
         command = [sys.executable, "-P", "-m", __name__]
-        self._process = subprocess.Popen(  # nosec B603  # no shell, words of our own
+        self.process = subprocess.Popen(  # nosec B603  # no shell, words of our own
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             env=_environment(),
         )
-        self.close = weakref.finalize(self, _end, self._process)
-        Thread(target=self._introduce, args=(_binary(model),), daemon=True).start()
+        self.close = weakref.finalize(self, _end, self.process)
+        Thread(target=_introduce, args=(weakref.ref(self), self.process, _binary(model)), daemon=True).start()
 
     def ask(self, states: Array, ctrl: Array, parts: Sequence[slice]) -> bool:
         """Whether it was asked for parts of a trajectory, as `derivatives.transitions` has it."""
-        asked: dict[str, Array] = {}
+        asked: Arrays = {}
         for part in parts:
             asked[f"states {part.start}"] = states[part.start : part.stop + 1]
             asked[f"ctrl {part.start}"] = ctrl[part]
         try:
-            self._send(**asked)
+            packing.send(self.process.stdin, asked)
         except OSError:
             self.ready = False
         return self.ready
@@ -68,26 +70,21 @@ class Colleague:
     def answer(self) -> dict[int, Transitions]:
         """What it was asked for, by the first step of each part; nothing if the process has ended."""
         try:
-            found = self._receive()
+            found = packing.receive(self.process.stdout)
         except (OSError, EOFError, ValueError):
             self.ready = False
             return {}
         starts = (int(name.split()[1]) for name in found if name.startswith("state "))
         return {start: Transitions(found[f"state {start}"], found[f"control {start}"]) for start in starts}
 
-    def _introduce(self, model: Array) -> None:
-        with contextlib.suppress(OSError, EOFError, ValueError):
-            self._send(model=model)
-            self._receive()
-            self.ready = True
 
-    def _send(self, **arrays: Array) -> None:
-        assert self._process.stdin is not None
-        packing.send(self._process.stdin, arrays)
-
-    def _receive(self) -> dict[str, Array]:
-        assert self._process.stdout is not None
-        return packing.receive(self._process.stdout)
+def _introduce(colleague: weakref.ref[Colleague], process: subprocess.Popen[bytes], model: Array) -> None:
+    """Tell a process its model, and that it is ready who asks it, if anybody does any more."""
+    with contextlib.suppress(OSError, EOFError, ValueError):
+        packing.send(process.stdin, {"model": model})
+        packing.receive(process.stdout)
+        if (found := colleague()) is not None:
+            found.ready = True
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -115,9 +112,11 @@ def _binary(model: mujoco.MjModel) -> Array:
     return content
 
 
-def serve(requests: BinaryIO, answers: BinaryIO) -> None:
+def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     """Answer one request after another, until there are no more."""
-    model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": packing.receive(requests)["model"].tobytes()})
+    model = mujoco.MjModel.from_binary_path(
+        "model.mjb", {"model.mjb": packing.receive(requests)["model"].tobytes()}
+    )
     inverse = Inverse(model)
     packing.send(answers, {"ready": np.ones(1)})
     while True:
@@ -125,7 +124,7 @@ def serve(requests: BinaryIO, answers: BinaryIO) -> None:
             asked = packing.receive(requests)
         except EOFError:
             return
-        found: dict[str, Array] = {}
+        found: Arrays = {}
         with unlogged():
             for start in (name.split()[1] for name in asked if name.startswith("ctrl ")):
                 own = transitions(inverse, asked[f"states {start}"], asked[f"ctrl {start}"])

@@ -138,6 +138,7 @@ def _closed_form(model: mujoco.MjModel, tree: Tree) -> bool:
     return (
         option.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
         and option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+        and bool(mujoco.mj_isSparse(model))
         and option.density == option.viscosity == 0
         and model.neq == model.ntendon == model.nflex == 0
         and not model.dof_frictionloss.any()

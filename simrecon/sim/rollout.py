@@ -57,6 +57,9 @@ class Simulator:
     Work comes in pieces (`each`), so that one thread takes losses while another one steps. Results don't
     depend on the number of threads. `seconds` and `steps` add up what was spent in MuJoCo: seconds of all
     threads over their number.
+
+    Attributes:
+        colleagues: processes that help with derivatives, made when they are first asked for.
     """
 
     def __init__(self, model: mujoco.MjModel, population: int, threads: Threads = 0) -> None:
@@ -67,7 +70,7 @@ class Simulator:
         self.steps = 0
         self._wanted, self._threads = threads, 0
         self._counting = Lock()
-        self._colleagues = list[Colleague]()
+        self.colleagues = list[Colleague]()
         self._follow()
 
     @property
@@ -140,7 +143,9 @@ class Simulator:
 
         found = dict[int, Transitions]()
         with unlogged():  # threads of one Python would wait for each other
-            asked = [one for one, share in zip(helping, shares[1:], strict=True) if one.ask(states, ctrl, share)]
+            asked = [
+                one for one, share in zip(helping, shares[1:], strict=True) if one.ask(states, ctrl, share)
+            ]
             for part in shares[0]:
                 found[part.start] = own(part)
             for one in asked:
@@ -149,9 +154,9 @@ class Simulator:
 
     def _help(self, count: int) -> list[Colleague]:
         """So many colleagues, less those that have not started yet."""
-        while len(self._colleagues) < count:
-            self._colleagues.append(Colleague(self.model))
-        return [one for one in self._colleagues[:count] if one.ready]
+        while len(self.colleagues) < count:
+            self.colleagues.append(Colleague(self.model))
+        return [one for one in self.colleagues[:count] if one.ready]
 
     def _follow(self) -> None:
         """Take up the number of threads that is wanted now: workers, each with its share."""
