@@ -129,6 +129,22 @@ class Kinematics:
     contact_model: str = choice(*CONTACTS, default="rules")
 
 
+@dataclass(frozen=True, kw_only=True)
+class SoftContact:
+    """`[soft_contact]`: the planner of that name, `planners.soft_contact`; the section may be left out.
+
+    `units` are those of force and moment, as shares of body weight and of that times stature, a round each.
+    `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss.
+    """
+
+    weight: float = number(0.0, 1e6, default=1.0)
+    units: tuple[float, ...] = number(1e-4, 10.0, default=(0.1, 0.03, 0.01))
+    evaluations: int = number(1, 1_000_000, default=50)
+    distance_m: float = number(1e-4, 1.0, default=0.01)
+    slip_mps: float = number(1e-3, 10.0, default=0.1)
+    rest: float = number(1e-9, 1.0, default=1e-3)
+
+
 @dataclass(frozen=True)
 class Plan:
     """All settings of a run; `name` is the one by which it was read."""
@@ -140,6 +156,7 @@ class Plan:
     recovery: Recovery = option()
     loss: LossWeights = option()
     kinematics: Kinematics = option()
+    soft_contact: SoftContact = option(SoftContact())
     name: str = tables.not_in_file("", compare=False)
 
 
@@ -180,6 +197,10 @@ def build(table: Mapping[str, Any], where: str) -> Plan:
         InputError: as `read`.
     """
     plan = tables.build(Plan, table, where)
+    if not plan.soft_contact.units:
+        raise InputError(
+            f"{where}: [soft_contact] units: found none; valid: one number a round, 0.01 the last"
+        )
     length_s, overlap_s, spacing_s = plan.window.length_s, plan.window.overlap_s, plan.window.knot_spacing_s
     if overlap_s >= length_s:
         rule = f"overlap_s must be below length_s ({length_s:g}), found {overlap_s:g}"

@@ -110,9 +110,21 @@ def test_a_weight_that_the_papers_lack_may_be_left_out_and_is_zero() -> None:
     assert loss.com_position == plans.read("default").loss.com_position
 
 
+def test_the_section_of_a_planner_may_be_left_out(tmp_path: Path) -> None:
+    text, count = re.subn(r"^\[soft_contact\]\n(.*\n)*", "", DEFAULT, flags=re.M)
+    assert count == 1
+    assert plans.parse(text) == replace(plans.read("default"), name="")
+    alone = f"{text}[soft_contact]\nunits = [0.2, 0.02]\n"
+    assert plans.parse(alone).soft_contact.units == (0.2, 0.02)
+    assert plans.parse(alone).soft_contact.evaluations == 50
+
+
 @pytest.mark.parametrize(
     ("pattern", "new", "words"),
     [
+        ("units = .*", "units = []", ("[soft_contact] units", "found none")),
+        ("units = .*", "units = [0.1, 0.0]", ("[soft_contact] units", "0.0")),
+        ("slip_mps = .*", "slip_mph = 1.0", ("[soft_contact]", "'slip_mph'", "did you mean 'slip_mps'")),
         (
             "sigma_rad =",
             "sigma_rda =",

@@ -198,3 +198,31 @@ def test_the_curvature_of_a_flight(fit: KinematicFit, planned: Planned) -> None:
     variables = _variables(fit)
     high = replace(variables, root_m=variables.root_m + np.array([0.0, 0.0, 50.0]))
     assert all(np.isfinite(part.blocks[0]).all() for part in curvature(planned, high))
+
+
+def test_without_evidence_the_fit_s_own_landmarks_stand_for_it(fit: KinematicFit, seen: Evidence) -> None:
+    """As of a motion on another body; where the evidence's world is another than the scene's, too."""
+    nothing = replace(
+        seen,
+        keypoint_names=(),
+        keypoints_px=seen.keypoints_px[:, :0],
+        scores=seen.scores[:, :0],
+        joint_names=(),
+        joints_m=seen.joints_m[:, :0],
+    )
+    moved = np.eye(4)
+    moved[:3, 3] = 5.0
+    found = planners.plan("soft_contact", replace(fit, camera=None, world=moved), nothing, SETTINGS)
+    assert 1e-4 < np.linalg.norm(found.qpos[:, :3] - fit.qpos[:, :3], axis=1).mean() < 0.05
+    assert found.root_wrench is not None
+    weight = fit.body.mass_kg * 9.81
+    assert np.quantile(np.linalg.norm(found.root_wrench[:, :3], axis=1), 0.95) < 0.03 * weight
+
+
+def test_the_settings_of_a_plan_count(fit: KinematicFit, seen: Evidence, reference: Reference) -> None:
+    """A weight of next to nothing leaves the fit's poses, and their wrench unexplained."""
+    light = plan.overridden(SETTINGS, {"soft_contact.weight": 1e-6, "soft_contact.units": [0.1]}, "a test")
+    found = planners.plan("soft_contact", fit, seen, light)
+    assert found.root_wrench is not None
+    assert reference.root_wrench is not None
+    assert np.abs(found.root_wrench).mean() > 3 * np.abs(reference.root_wrench).mean()
