@@ -110,7 +110,7 @@ def test_a_weight_that_the_papers_lack_may_be_left_out_and_is_zero() -> None:
     assert loss.com_position == plans.read("default").loss.com_position
 
 
-def test_the_section_of_a_planner_may_be_left_out(tmp_path: Path) -> None:
+def test_the_section_of_a_planner_may_be_left_out() -> None:
     text, count = re.subn(r"^\[soft_contact\]\n(.*\n)*", "", DEFAULT, flags=re.M)
     assert count == 1
     assert plans.parse(text) == replace(plans.read("default"), name="")

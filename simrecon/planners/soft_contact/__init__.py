@@ -35,8 +35,8 @@ NAME = "soft_contact"
 FEWEST = 3
 """Frames that have an acceleration between them."""
 OWN = "world,joints_m=0.05,place_m=0.05"
-"""What a fit's own landmarks are worth: a few centimetres close feet and bend what no force explains. With the
-scales of a network's estimate the root of a walk on a smaller body moved by 5 cm on average, with these by 2."""
+"""What a fit's own landmarks are worth: a few centimetres close feet and bend what no force explains. With
+the scales of a network's estimate the root of a walk on a smaller body moved by 5 cm, with these by 2."""
 TOUCHES = 0.02
 """Force, as a share of body weight, at which a contact counts as half closed (eq. 5)."""
 
