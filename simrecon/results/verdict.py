@@ -32,6 +32,8 @@ UPRIGHT_FOV_DEG = 50.0
 WRENCH_PCT = (3.0, 10.0)
 """Of body weight, or of body weight times stature, that a plan leaves unexplained, 95th percentile of frames:
 seven clips came to 0.7 at most; a tenth is a push that nobody gave."""
+DISTANT_PCT = 10.0
+"""Of body weight, planned from a distance: poses may still be right, forces are not. Doubtful."""
 FALLBACK_SHARE = 0.2
 """Of the frames that are not simulated: any is doubtful, more than this bad, for the end is missing."""
 UNSEEN_SHARE = (0.2, 0.5)
@@ -136,7 +138,8 @@ def _unexplained(report: Report) -> list[Reason]:
         return []
     force, moment = planned["wrench_force_pct"], planned["wrench_moment_pct"]
     distant = planned["distant_force_pct"] or 0.0
-    level = graded(max(force, moment, distant), WRENCH_PCT)
+    from_afar = DOUBTFUL if distant > DISTANT_PCT else GOOD
+    level = max(graded(max(force, moment), WRENCH_PCT), from_afar, key=LEVELS.index)
     if level == GOOD:
         return []
     text = (

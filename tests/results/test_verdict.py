@@ -182,3 +182,26 @@ def test_a_phone_video_with_the_lens_of_the_other_side_is_not_good(tmp_path: Pat
     report = run_job(replace(job, plan=plans.read("quick"))).report
     assert report["verdict"]["verdict"] in ("doubtful", "bad")
     assert any("37 to 43°" in reason["reason"] for reason in report["verdict"]["reasons"])
+
+
+@pytest.mark.parametrize(
+    ("force", "moment", "distant", "level"),
+    [
+        (0.5, 0.7, None, "good"),
+        (3.5, 0.1, 1.0, "doubtful"),
+        (0.1, 10.5, 1.0, "bad"),
+        (0.1, 0.1, 40.0, "doubtful"),
+    ],
+)
+def test_a_plan_is_judged_by_what_it_leaves_unexplained(
+    force: float, moment: float, distant: float | None, level: str
+) -> None:
+    report = copy.deepcopy(CLEAN)
+    report["planned"] = {
+        "wrench_force_pct": force,
+        "wrench_moment_pct": moment,
+        "distant_force_pct": distant,
+    }
+    assert verdict.judge(report)["verdict"] == "good"  # a simulation has nothing of it
+    report["frames"] |= {"simulated": 0, "planned": 179}
+    assert verdict.judge(report)["verdict"] == level
