@@ -115,8 +115,8 @@ def _check_ahead(job: Job) -> None:
     engines.check(job.engine)
     if job.scene.ground.calibrate and not engines.simulates(job.engine):
         raise InputError(
-            f"engine {job.engine}: found a floor that is to be found by simulation ([ground] calibrate); "
-            "valid: engine sampling, or stiffness_Npm and damping_Nspm"
+            f'engine {job.engine}: found [ground] stiffness_Npm = "fit", which only simulations find; '
+            "valid: engine sampling, or a stiffness and damping in numbers"
         )
     _check_files(job)
     results.check_writable(job.output)

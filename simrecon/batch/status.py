@@ -158,7 +158,7 @@ def text(state: State, folder: str, now: float | None = None) -> str:
     lines += [f"failed   {row.name}  {row.message}" for row in state.of("failed")]
     for row in state.of("done"):
         verdict = row.figures["verdict"] if row.figures else "done"
-        if verdict != "all simulated":
+        if verdict not in ("all simulated", "all planned"):
             lines.append(f"done     {row.name}  {verdict}")
     return "\n".join(map(printable, lines))
 
