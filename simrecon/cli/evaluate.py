@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from typing import Any
 
+from simrecon import results
 from simrecon.cli import arguments, observing
 from simrecon.cli.commands import purpose
 from simrecon.errors import InputError
@@ -55,5 +57,7 @@ def _eval(options: argparse.Namespace) -> int:
     if options.output is not None:
         with atomic.reported(options.output):
             atomic.write_text(options.output, content + "\n")
+    if results.read_motion(options.result).is_planned:
+        print("result is a plan: nothing was simulated", file=sys.stderr)
     print(content if options.json else table.text(scored))
     return 0

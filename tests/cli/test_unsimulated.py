@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from simrecon import cli, evidence, replay, resources, results
+from simrecon.metrics.truth import TRUTH_SCHEMA
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +45,18 @@ def test_its_motion_is_exported_and_said_to_be_a_plan(
 ) -> None:
     assert cli.main(["export", str(planned), "--to", "bvh,mot", "-o", str(tmp_path)]) == 0
     assert "nothing is simulated: the motion is the plan" in capsys.readouterr().err
+
+
+def test_its_scores_are_said_to_be_those_of_a_plan(
+    planned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motion = results.read_motion(planned)
+    truth: dict[str, Any] = {"times_s": motion.times_s, "joint_names": motion.joint_names}
+    np.savez(tmp_path / "truth.npz", schema=TRUTH_SCHEMA, joints_m=motion.joints_m, **truth)
+    assert cli.main(["eval", str(planned), str(tmp_path / "truth.npz")]) == 0
+    said = capsys.readouterr()
+    assert "result is a plan: nothing was simulated" in said.err
+    assert "kinematic" in said.out
 
 
 def test_a_rerun_simulates_it(planned: Path, tmp_path: Path) -> None:
