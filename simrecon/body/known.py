@@ -41,7 +41,8 @@ def of_mjcf(text: str, height_m: float) -> Body:
             f"model of the person: {missing}; valid: the model of a result of this version"
         ) from error
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError, UserWarning) as error:
-        raise InputError(f"model of the person: {error}; valid: the model of a result") from error
+        why = " ".join(f"{error}".split())
+        raise InputError(f"model of the person: {why}; valid: the model of a result") from error
     turns = model.body_quat[bodies]
     if not np.isfinite(turns).all() or not turns.any(axis=1).all():
         raise InputError(

@@ -21,6 +21,8 @@ from simrecon.system import extras, memory
 from simrecon.system.processor import cores
 
 THERE, MISSING, FAILS = "there", "missing", "FAILS"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
+ELSEWHERE = "it is one file"
 LEAST_FREE = 1 << 30
 GIB = 1 << 30
 EXIT_FAILS = 1
@@ -110,16 +112,18 @@ def _desktop() -> Iterator[Line]:
     names = [name for name in ("EGL", "GL", "OSMesa") if ctypes.util.find_library(name)]
     text = "for MuJoCo's own viewer; simrecon draws without it"
     yield "OpenGL", THERE if names else MISSING, f"{', '.join(names)}: {text}" if names else text
-    browser = _browser()
-    shown = "shows report.html and the studio"
+    browser, shown = _browser(), "shows report.html and the studio"
+    without = next((name for name in BROWSERS if shutil.which(name)), None)
     if browser is not None:
         yield "browser", THERE, f"{browser}: {shown}"
+    elif without is not None:
+        yield "browser", THERE, f"{without}, but no screen: {shown} elsewhere, for {ELSEWHERE}"
     else:
-        yield "browser", MISSING, f"{shown}; copy report.html to a machine that has one: it is one file"
+        yield "browser", MISSING, f"{shown}; copy report.html to a machine that has one: {ELSEWHERE}"
 
 
 def _browser() -> str | None:
-    """Name of the browser that opens pages here; None without one."""
+    """Name of the browser that opens pages here; None without one, or without a screen."""
     try:
         return str(getattr(webbrowser.get(), "name", "of the system"))
     except webbrowser.Error:

@@ -12,6 +12,7 @@ from simrecon import exports, results
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
+from simrecon.errors import printable
 from simrecon.exports.view import RIGS
 from simrecon.io.messages import counted
 
@@ -53,7 +54,7 @@ def _export(options: argparse.Namespace) -> int:
     asked = {"rig": options.rig, "fps": options.fps, "of": options.of, "legs": options.legs}
     asked["cutoff_hz"] = options.cutoff
     for path in exports.export(result, formats, options.output, **asked):
-        print(f"written  {path}")
+        print(f"written  {printable(str(path))}")
     if options.of != "simulation":
         return 0
     if result.motion.is_planned:

@@ -8,6 +8,7 @@ from typing import Any
 from simrecon import results, viewer
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
+from simrecon.errors import printable
 
 
 def add(commands: Any) -> None:
@@ -17,5 +18,6 @@ def add(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    print(f"written  {viewer.write(results.open_result(options.result))}")
+    path = viewer.write(results.open_result(options.result))
+    print(f"written  {printable(str(path))}")
     return 0

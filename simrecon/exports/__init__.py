@@ -20,6 +20,8 @@ from simrecon.results import Result, open_result
 from simrecon.results.folder import EXPORT, EXPORTS
 
 FORMATS = tuple(EXPORTS)
+RIGGED = ("bvh", "glb", "usd")
+"""Formats that name joints as a rig has them."""
 
 
 def writer(name: str) -> Callable[[ResultView], Mapping[str, bytes]]:
@@ -47,7 +49,7 @@ def export(
         result: an opened result, or its folder.
         formats: names of `FORMATS`.
         target: folder to write to, which is made; `export` in that of the result if None.
-        rig: whose joint names BVH and USD have: `simrecon`, `mixamo`, `lafan1` or `rokoko`.
+        rig: whose joint names BVH, GLB and USD have: `simrecon`, `mixamo`, `lafan1` or `rokoko`.
         fps: frame rate, Hz; that of the result if None.
         of: `simulation`, or `fit` for the kinematic fit.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
@@ -64,6 +66,8 @@ def export(
         if name not in EXPORTS:
             found = f"{name}{hint(name, FORMATS)}" if name else "nothing between commas"
             raise InputError(f"--to: found {found}; valid: {', '.join(FORMATS)}")
+    if rig != views.RIGS[0] and not set(RIGGED) & set(formats):
+        raise InputError(f"--rig: found {rig!r} without a skeleton; valid: with {', '.join(RIGGED)}")
     choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)

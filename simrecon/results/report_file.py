@@ -13,7 +13,7 @@ from simrecon.errors import InputError
 from simrecon.io import tables
 from simrecon.io.reading import read_text
 from simrecon.io.tables import number
-from simrecon.results.folder import REPORT
+from simrecon.results.folder import REPORT, SCHEMA
 from simrecon.types import Report
 
 
@@ -55,9 +55,13 @@ def read(folder: Path | str) -> Report:
     try:
         report = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: cannot be read ({error}); valid: the report of a result folder") from error
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be read ({why}); valid: the report of a result folder") from error
     if not isinstance(report, dict):
         raise InputError(f"{path}: found no table; valid: the report of a result folder")
+    if report.get("schema") != SCHEMA:
+        found = report.get("schema")
+        raise InputError(f"{path}: schema: found {found!r}; valid: {SCHEMA!r}, a result of this version")
     source(report, path)
     person(report, path)
     if not isinstance(report.get("plan_name"), str) or not isinstance(report.get("plan"), Mapping):

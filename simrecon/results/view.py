@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -43,10 +44,21 @@ class Result:
             InputError: there is no such folder, or it is no result.
         """
         self.folder = Path(folder)
+        if self.folder.is_file():
+            raise InputError(f"{folder}: found a file; valid: a result folder, with {folders.MOTION}")
         if not self.folder.is_dir():
             raise InputError(f"{folder}: found no such folder; valid: a result folder, with {folders.MOTION}")
         if not (self.folder / folders.MOTION).is_file():
             raise InputError(f"{folder}: holds no {folders.MOTION}; valid: the folder of a result")
+
+    def __repr__(self) -> str:
+        """`Result('out/clip')`."""
+        return f"Result({str(self.folder)!r})"
+
+    def _repr_html_(self) -> str:
+        """The page of the result in a frame, as notebooks ask for it."""
+        page: str = importlib.import_module("simrecon.viewer.notebook").frame(self)  # of a floor above
+        return page
 
     @cached_property
     def motion(self) -> Motion:
@@ -84,7 +96,10 @@ class Result:
         path = self.folder / folders.MODEL
         text = models.text_of(path)
         person = report_file.person(self.report, self.folder / folders.REPORT)
-        body = known.of_mjcf(text, person.height_m)
+        try:
+            body = known.of_mjcf(text, person.height_m)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
         return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
 
     @cached_property

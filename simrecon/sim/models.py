@@ -29,7 +29,8 @@ def load(path: Path | str) -> mujoco.MjModel:
     try:
         return compile_text(text)
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
-        raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error
+        why = " ".join(f"{error}".split())
+        raise InputError(f"{path}: cannot be loaded ({why}); valid: a result's model") from error
 
 
 def text_of(path: Path | str) -> str:
@@ -43,5 +44,6 @@ def text_of(path: Path | str) -> str:
         if (named := _OTHER_FILE.search(text)) is not None:
             raise ValueError(f"it names another file: {named[0][:80]}")
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be loaded ({error}); valid: a result's model") from error
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be loaded ({why}); valid: a result's model") from error
     return text

@@ -14,10 +14,11 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from simrecon.errors import InputError, SimreconError
+from simrecon.errors import InputError
 from simrecon.studio import pages
 from simrecon.studio.bar import Bar
 from simrecon.studio.gate import Gate
+from simrecon.system import extras
 
 BAR, PAGE = "/studio/bar", "/studio/"
 _browser: contextvars.ContextVar[str] = contextvars.ContextVar("browser", default="")
@@ -32,10 +33,10 @@ def check_installed() -> None:
     """Refuse to go on without the extra.
 
     Raises:
-        SimreconError: viser is not installed.
+        InputError: viser is not installed.
     """
     if importlib.util.find_spec("viser") is None:
-        raise SimreconError("the studio needs viser: python -m pip install 'simrecon[studio]'")
+        raise InputError(f"the studio needs viser: {extras.how('studio')}")
 
 
 class Server:

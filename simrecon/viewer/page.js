@@ -28,8 +28,8 @@
       line.append(html("small", {}, reason.advice));
       return line;
     }));
-    if (!reasons.length) $("reasons").append(html("p", { class: "unit" }, data.verdict ? "Nothing speaks against this result." : "This result was made by an earlier version."));
-    const spans = poorSpans();
+    const spans = poorSpans(), as = spans.length ? "Nothing speaks against this result as a whole." : "Nothing speaks against this result.";
+    if (!reasons.length) $("reasons").append(html("p", { class: "unit" }, data.verdict ? as : "This result was made by an earlier version."));
     for (const span of spans.slice(0, SPANS_MAX)) {
       const at = html("button", { type: "button", class: "link", title: "Go there" }, `${span.from_s.toFixed(0)} to ${span.to_s.toFixed(1)} s`);
       at.addEventListener("click", () => seek(span.from_s));

@@ -51,15 +51,15 @@ def write(result: Result) -> Path:
     return path
 
 
-def render(result: Result) -> str:
-    """The page as text."""
+def render(result: Result, *, alone: bool = False) -> str:
+    """The page as text; `alone` where the other files of the result are not beside it."""
     folder = resources.folder("viewer")
     rows = frames(len(result.motion.times_s))
     values = {
         "TITLE": html.escape(printable(result.folder.resolve().name)),
         "STYLE": (folder / "page.css").read_text(encoding="utf-8"),
         "LICENCE": html.escape((folder / "three.LICENSE.txt").read_text(encoding="utf-8")),
-        "DATA": embedded(content(result, rows)),
+        "DATA": embedded(content(result, rows) | ({"video": None} if alone else {})),
         "MODEL": base64.b64encode(model(result, rows)).decode(),
         "SCRIPTS": "\n".join(
             f"<script>{(folder / name).read_text(encoding='utf-8')}</script>" for name in SCRIPTS

@@ -96,5 +96,10 @@ def test_a_machine_without_browser(monkeypatch: pytest.MonkeyPatch) -> None:
         raise webbrowser.Error("could not locate runnable browser")
 
     monkeypatch.setattr(webbrowser, "get", none)
+    monkeypatch.setattr(shutil, "which", lambda _: None)
     found = {about: (state, text) for about, state, text in doctor._desktop()}
     assert found["browser"][0] == "missing"
+    monkeypatch.setattr(shutil, "which", lambda name: name if name == "firefox" else None)
+    found = {about: (state, text) for about, state, text in doctor._desktop()}
+    assert found["browser"][0] == "there"
+    assert found["browser"][1].startswith("firefox, but no screen")

@@ -21,8 +21,8 @@ def test_without_the_extra_it_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    assert cli.main(["studio"]) == 1
-    assert "pip install 'simrecon[studio]'" in capsys.readouterr().err
+    assert cli.main(["studio"]) == 2
+    assert "pip install '.[studio]'" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("installed")

@@ -63,6 +63,15 @@ def test_bad_choices_are_one_line(choice: dict[str, Any], message: str) -> None:
         CHOICES(**choice)
 
 
+def test_a_rig_needs_a_format_with_joints(finished: Path, tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match="--rig: found 'mixamo' without a skeleton; valid: with bvh, glb, usd"
+    ):
+        exports.export(finished, ["trc", "csv"], tmp_path / "none", rig="mixamo")
+    assert not (tmp_path / "none").exists()
+    assert len(exports.export(finished, ["trc", "bvh"], tmp_path / "both", rig="mixamo")) == 2
+
+
 def test_forces_are_those_of_the_simulated_person(finished: Path) -> None:
     result = results.open_result(finished)
     for choices, flag in ((CHOICES(of="fit"), "--of fit"), (CHOICES(legs=1.15), "--legs 1.15")):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import shutil
@@ -196,6 +197,44 @@ def test_the_command_makes_it_anew(made: Result, capsys: pytest.CaptureFixture[s
     assert cli.main(["report", str(tmp_path / "none")]) == 2
     with pytest.raises(InputError, match="no such folder"):
         results.open_result(tmp_path / "none")
+
+
+def test_a_notebook_shows_the_whole_page(made: Result, tmp_path: Path) -> None:
+    shown = made._repr_html_()
+    attribute = re.fullmatch(r'<iframe srcdoc="([^"]*)" sandbox="([^"]*)"[^>]*></iframe>', shown)
+    assert attribute is not None
+    assert "allow-same-origin" not in attribute[2]  # a page must not reach into the notebook
+    inside = html.unescape(attribute[1])
+    assert told(inside)["curves"] == told(page.render(made))["curves"]
+    assert told(inside)["video"] is None  # which is not beside a notebook
+    assert repr(made) == f"Result({str(made.folder)!r})"
+    broken = tmp_path / "<b>"
+    broken.mkdir()
+    (broken / "motion.npz").write_bytes(b"")
+    line = results.open_result(broken)._repr_html_()
+    assert line.startswith("<p>")
+    assert "&lt;b&gt;" in line
+
+
+def test_results_of_another_version_and_files_are_one_line(
+    made: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other"
+    shutil.copytree(made.folder, other)
+    report = other / "report.json"
+    report.write_text(report.read_text(encoding="utf-8").replace("simrecon.result/1", "simrecon.result/2"))
+    for words in (["report", str(other)], ["export", str(other), "--to", "glb"]):
+        assert cli.main(words) == 2
+        assert "schema: found 'simrecon.result/2'; valid: 'simrecon.result/1'" in capsys.readouterr().err
+    shutil.copy(made.folder / "report.json", report)
+    (other / "model.xml").write_text("<mujoco><worldbody><geom/>")
+    assert cli.main(["report", str(other)]) == 2
+    assert str(other / "model.xml") in capsys.readouterr().err
+    (other / "model.xml").unlink()
+    assert cli.main(["report", str(other)]) == 2
+    assert capsys.readouterr().err.count("model.xml") == 1
+    assert cli.main(["report", str(report)]) == 2
+    assert "report.json: found a file; valid: a result folder" in capsys.readouterr().err
 
 
 @pytest.mark.slow
