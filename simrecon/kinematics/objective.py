@@ -6,7 +6,6 @@ import numpy as np
 
 from simrecon.kinematics import layout
 from simrecon.kinematics.gradient import Gradient
-from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.state import State
 from simrecon.kinematics.terms import TERMS
@@ -28,15 +27,15 @@ class Objective:
         self.problem = problem
         self.losses: dict[str, float] = {}
 
-    def __call__(self, x: Array) -> tuple[float, Array]:
-        """Loss and gradient, (n,), at the packed variables x (n,).
+    def __call__(self, x: Array, state: State | None = None) -> tuple[float, Array]:
+        """Loss and gradient, (n,), at the packed variables x (n,), whose state may be known.
 
         A term is of one frame, or of up to three in a row, or a prior. So the loss of a long clip is that of
         blocks which overlap by two frames, less that of the overlaps.
         """
         frames, variables = self.problem.frames, self.problem.unpack(x)
         if frames <= BLOCK + OVERLAP:
-            self.losses, gradient = evaluate(self.problem, variables)
+            self.losses, gradient = evaluate(state or State(self.problem, variables))
             return sum(self.losses.values()), gradient
         loss, gradient, self.losses = 0.0, np.zeros_like(x), {}
         root, rotvecs, shared = layout.split(gradient, frames)  # views
@@ -45,7 +44,7 @@ class Objective:
         overlaps = [(-1.0, slice(start, start + OVERLAP)) for start in starts[1:]]
         for sign, rows in blocks + overlaps:
             part = self.problem.part(rows)
-            losses, slope = evaluate(part, variables.part(rows))
+            losses, slope = evaluate(State(part, variables.part(rows)))
             d_root, d_rotvecs, d_shared = layout.split(slope, part.frames)
             root[rows] += sign * d_root
             rotvecs[:, rows] += sign * d_rotvecs
@@ -57,9 +56,9 @@ class Objective:
         return loss, gradient
 
 
-def evaluate(problem: Problem, variables: Variables) -> tuple[dict[str, float], Array]:
+def evaluate(state: State) -> tuple[dict[str, float], Array]:
     """Losses by term, and the gradient of their sum by the packed variables, (n,); all frames at once."""
-    state = State(problem, variables)
+    problem = state.problem
     gradient, losses = Gradient(state), dict[str, float]()
     for term in TERMS:
         if not term.applies(problem):

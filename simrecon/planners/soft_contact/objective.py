@@ -27,8 +27,8 @@ class Planned:
 
     def __call__(self, x: Array) -> tuple[float, Array]:
         """Loss and gradient, (n,), at the packed variables x (n,); what all frames share stays as it is."""
-        loss, gradient = self._evidence(x)
         motion, found = self.explained(x)
+        loss, gradient = self._evidence(x, motion.state)
         unit = self.weight * self.problem.dt
         physics = unit * motion.loss(found)
         segments, places, slopes = motion.gradient(found)

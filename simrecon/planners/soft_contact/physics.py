@@ -99,8 +99,8 @@ class Motion:
         touch = state.problem.contacts
         down = -state.scale * touch.radii_m[:, None, None] * self.normals
         self.touching_m = state.spheres_m + down
-        axes = state.pose.axes[touch.segments]  # (G, T, 3, 3)
-        turn = axes[:, 1:] @ np.swapaxes(axes[:, :-1], -1, -2)
+        axes = state.pose.axes  # (S, T, 3, 3)
+        turn = (axes[:, 1:] @ np.swapaxes(axes[:, :-1], -1, -2))[touch.segments]  # (G, T - 1, 3, 3)
         self.carried_m = state.spheres_m[:, 1:] + (turn @ down[:, :-1, :, None])[..., 0]
         self.slips = (self.carried_m - self.touching_m[:, :-1]) / dt
         self.wrench = self._wrench() / world.sigma
