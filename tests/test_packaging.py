@@ -163,7 +163,7 @@ def test_readme_commands_are_those_of_ci() -> None:
     install, tests = commands("run")
     assert install == "python -m pip install '.[dev]'"
     assert tests == "python -m pytest -n 2"
-    assert "python -m pip install . && simrecon demo" in readme
+    assert "&& python -m pip install .\n    simrecon demo " in readme
     assert f"{install} && python -m pytest" in readme
 
 

@@ -19,7 +19,7 @@ from simrecon.evidence.video import weights
 from simrecon.system import extras
 from tools import CHECKOUT
 
-NOT_FOR_USERS = {"train", "test", "dev"}
+NOT_FOR_USERS = {"train", "test", "dev", "docs"}
 Usage = namedtuple("Usage", "total used free")
 
 

@@ -35,6 +35,7 @@ NOT_RUN = {
     r"python3? -m (venv|pip)\b": "makes an environment, with packages from a network",
     r"(\.|source) ": "enters an environment",
     r"python -m pytest$": "is what runs this",
+    r"python -m webbrowser ": "opens a browser",
     r"simrecon models fetch$": "fetches weights from a network",
     r"simrecon export .* --to usd$": "needs an extra",
     r"simrecon batch .* --scheduler ": "needs a cluster",

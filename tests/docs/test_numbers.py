@@ -35,7 +35,7 @@ def test_lines_are_compared_by_words_and_numbers() -> None:
         with pytest.raises(AssertionError):
             compare("motion   21 mm off", other)
     assert said()[0].startswith("person ")
-    assert said()[-1] == "verdict  good"
+    assert "verdict  good" in said()
 
 
 @pytest.mark.slow

@@ -13,10 +13,10 @@ FOLDER = Path(tools.__file__).parent
 MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__.py")
 LIBRARIES = {
     "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms", "levelled",
-    "contact_model", "contact_motions", "contact_paper", "contact_views",
+    "contact_model", "contact_motions", "contact_paper", "contact_views", "browser", "seated",
 }  # fmt: skip
 """Modules that the programs share."""
-EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "zuko"}
+EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "websockets", "zuko"}
 """Packages that only some of the programs need."""
 
 
