@@ -1,4 +1,4 @@
-"""How many frames a second the page of a result shows while it plays, in a browser that draws on the processor.
+"""How many frames a second the page of a result shows as it plays, in a browser that draws on the processor.
 
 usage: python -m tools.bench.page out/demo
 
