@@ -40,7 +40,9 @@ NOT_RUN = {
     r"simrecon export .* --to usd$": "needs an extra",
     r"simrecon batch .* --scheduler ": "needs a cluster",
     r"python -m tools\.ops\.slurm_batch ": "needs Slurm",
-    r"simrecon bench [a-z]+ --data DIR ": "takes hours, on clips of one's own",
+    r"simrecon bench [a-z_]+ --data (DIR|CLIPS) ": "takes hours, on clips of one's own",
+    r"simrecon studio ": "needs an extra, and serves until it is stopped",
+    r"simrecon run --job job\.toml ": "repeats a job that the studio saved",
     r"python -m tools\.(study|make)\.[a-z]+ --data DATA ": "takes an hour, on clips of one's own",
 }
 """Commands that cannot run here, by pattern, and why."""
