@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 
 from simrecon import evidence, resources
+from tests.support import plan_text
 
 FRAMES = 26
 FAST = {
@@ -25,12 +25,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         part = slice(first, first + FRAMES)
         evidence.write(folder / f"{name}.npz", evidence.cut(given, part))
     (folder / "broken.npz").write_bytes(b"PK\x03\x04 and then nothing")
-    plan = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
-    for key, value in FAST.items():
-        plan, found = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", plan)
-        assert found == 1, key
     (folder / "settings").mkdir()
-    (folder / "settings" / "plan.toml").write_text(plan, encoding="utf-8")
+    (folder / "settings" / "plan.toml").write_text(plan_text.quick(FAST), encoding="utf-8")
     return folder
 
 

@@ -25,6 +25,7 @@ from simrecon.metrics.definitions import DEFINITIONS
 from simrecon.results import folder
 from simrecon.sim.quiet import unwarned
 from simrecon.types import Evidence, Window, WindowResult, WindowStatus
+from tests.support import plan_text
 
 EXAMPLE = resources.folder("example")
 FRAMES = 20
@@ -43,11 +44,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `clip.npz` and `plan.toml`."""
     folder = tmp_path_factory.mktemp("inputs")
     evidence.write(folder / "clip.npz", first_frames(evidence.read(EXAMPLE / "beam.npz"), FRAMES))
-    plan = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
-    for key, value in FAST.items():
-        plan, found = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", plan)
-        assert found == 1, key
-    (folder / "plan.toml").write_text(plan, encoding="utf-8")
+    (folder / "plan.toml").write_text(plan_text.quick(FAST), encoding="utf-8")
     return folder
 
 

@@ -28,7 +28,7 @@ from tests.docs.commands import Command
 from tests.evidence import test_keypoints as keypoints
 from tests.evidence import test_smpl as smpl
 from tests.support import foreign_files as foreign
-from tests.support import people, smpl_layout, video_files
+from tests.support import people, plan_text, smpl_layout, video_files
 from tests.support.c3d_file import c3d
 
 NOT_RUN = {
@@ -156,10 +156,7 @@ def _truth(folder: Path) -> None:
 def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with all files that the pages name, and a result in `out/clip`."""
     folder = tmp_path_factory.mktemp("prepared")
-    plan = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
-    for key, value in LEAST.items():
-        plan = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", plan)
-    (folder / "tiny.toml").write_text(plan)
+    (folder / "tiny.toml").write_text(plan_text.quick(LEAST))
     np.savez(folder / "SMPL_NEUTRAL.npz", **smpl_layout.arrays())
     for make in (_clip, _video, _mocap, _networks):
         make(folder)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from simrecon import evidence, resources, results
+from simrecon import evidence, results
 from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from simrecon.results import Result
 from simrecon.studio.tab import Tab
+from tests.support import plan_text
 from tests.support.runs import job_of
 
 FAST = {"population": 8, "generations": 2, "length_s": 0.2, "overlap_s": 0.1, "evaluations": 10}
@@ -66,10 +66,6 @@ def tab(squat: Result, open_tab: Callable[..., Tab]) -> Tab:
 @pytest.fixture
 def plan_file(tmp_path: Path) -> Path:
     """A plan that takes a second."""
-    text = (resources.folder("windows") / "quick.toml").read_text(encoding="utf-8")
-    for key, value in FAST.items():
-        text, found = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
-        assert found == 1, key
     path = tmp_path / "fast.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(plan_text.quick(FAST), encoding="utf-8")
     return path
