@@ -162,6 +162,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
         make(folder)
     made = ["run", str(folder / "clip.npz"), "-o", str(folder / "out" / "clip")]
     assert cli.main([*made, "--plan", str(folder / "tiny.toml"), "--threads", "1"]) in ENDED
+    shutil.copytree(folder / "out" / "clip", folder / "out" / "demo")
     _truth(folder)
     return folder
 
