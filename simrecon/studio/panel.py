@@ -42,21 +42,23 @@ class Panel:
     def doing(self, function: Callable[[Event], None]) -> Callable[[Event], None]:
         """A callback of viser that does something, alone, and says why if it can't."""
 
-        def act(event: Event) -> None:
-            if event.client is None:
-                return
-            try:
-                with self.session.lock:
-                    function(event)
-            except SimreconError as error:
-                say(event.client, str(error))
-                self.refresh("refused")
+        def refused(event: Event, why: str) -> None:
+            say(event.client, why)
+            self.refresh("refused")
 
-        return act
+        return self._acting(function, refused)
 
     def changing(self, function: Callable[[Event], None]) -> Callable[[Event], None]:
         """As `doing`, of a field that is typed into: what is not valid yet may only be half written."""
 
+        def refused(event: Event, why: str) -> None:
+            threading.Timer(HALF_WRITTEN_S, self._refuse, (event, event.target.value, why)).start()
+
+        return self._acting(function, refused)
+
+    def _acting(
+        self, function: Callable[[Event], None], refused: Callable[[Event, str], None]
+    ) -> Callable[[Event], None]:
         def act(event: Event) -> None:
             if event.client is None:
                 return
@@ -64,7 +66,7 @@ class Panel:
                 with self.session.lock:
                     function(event)
             except SimreconError as error:
-                threading.Timer(HALF_WRITTEN_S, self._refuse, (event, event.target.value, str(error))).start()
+                refused(event, str(error))
 
         return act
 
