@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from typing import IO, Any
 
@@ -16,11 +15,7 @@ def packed(arrays: dict[str, NDArray[Any]]) -> bytes:
     """Arrays of numbers and text as bytes."""
     plain = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     about = {name: [array.dtype.str, array.shape] for name, array in plain.items()}
-    stream = io.BytesIO()
-    stream.write(json.dumps(about).encode() + b"\n")
-    for array in plain.values():
-        stream.write(array.tobytes())
-    return stream.getvalue()
+    return b"".join([json.dumps(about).encode() + b"\n", *(array.tobytes() for array in plain.values())])
 
 
 def unpacked(content: bytes) -> dict[str, NDArray[Any]]:
@@ -52,7 +47,8 @@ def send(stream: IO[bytes] | None, arrays: dict[str, NDArray[Any]]) -> None:
     if stream is None:
         raise OSError("there is no pipe")
     content = packed(arrays)
-    stream.write(len(content).to_bytes(_SIZE_BYTES, "little") + content)
+    stream.write(len(content).to_bytes(_SIZE_BYTES, "little"))
+    stream.write(content)
     stream.flush()
 
 

@@ -10,7 +10,6 @@ pipe that it is asked through. What is computed does not depend on where.
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import subprocess  # nosec B404  # runs this Python alone
 import sys
@@ -27,6 +26,7 @@ from simrecon.io import packing
 from simrecon.sim.derivatives import Transitions, transitions
 from simrecon.sim.inverse import Inverse
 from simrecon.sim.quiet import unlogged
+from simrecon.system import child
 from simrecon.types import Array
 
 Arrays = dict[str, NDArray[Any]]
@@ -38,7 +38,9 @@ class Colleague:
     """A process that differentiates steps of one model; one thread may ask it at a time.
 
     Attributes:
-        process: that it is. ready: whether it has started, and knows the model.
+        process: that it is.
+        ready: whether it knows the model, and owes no answer. One whose answer was not fetched, because
+            something else failed meanwhile, is not asked again.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -50,7 +52,7 @@ class Colleague:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=_environment(),
+            env=child.environment(),
         )
         self.close = weakref.finalize(self, _end, self.process)
         Thread(target=_introduce, args=(weakref.ref(self), self.process, _binary(model)), daemon=True).start()
@@ -61,19 +63,20 @@ class Colleague:
         for part in parts:
             asked[f"states {part.start}"] = states[part.start : part.stop + 1]
             asked[f"ctrl {part.start}"] = ctrl[part]
+        self.ready = False
         try:
             packing.send(self.process.stdin, asked)
         except OSError:
-            self.ready = False
-        return self.ready
+            return False
+        return True
 
     def answer(self) -> dict[int, Transitions]:
         """What it was asked for, by the first step of each part; nothing if the process has ended."""
         try:
             found = packing.receive(self.process.stdout)
         except (OSError, EOFError, ValueError):
-            self.ready = False
             return {}
+        self.ready = True
         starts = (int(name.split()[1]) for name in found if name.startswith("state "))
         return {start: Transitions(found[f"state {start}"], found[f"control {start}"]) for start in starts}
 
@@ -98,12 +101,6 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
-
-
-def _environment() -> dict[str, str]:
-    """Ours, with the places where Python finds its modules now, and one thread of linear algebra."""
-    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
-    return os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def _binary(model: mujoco.MjModel) -> Array:

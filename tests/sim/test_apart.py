@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from simrecon.sim import rollout
 from simrecon.sim.apart import Colleague
 from simrecon.sim.derivatives import transitions
 from simrecon.sim.inverse import Inverse
@@ -87,6 +88,22 @@ def test_a_simulator_does_what_a_lost_colleague_leaves(
             np.testing.assert_array_equal(one.state, other.state)
             np.testing.assert_array_equal(one.control, other.control)
     assert not helped.colleagues[0].ready
+
+
+def test_an_answer_that_nobody_fetched_is_not_taken_for_another(
+    model: mujoco.MjModel, states: Array, ctrl: Array, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    helped = Simulator(model, 2, 2)
+    helped.colleagues.append(started(model))
+    with monkeypatch.context() as patch:
+        patch.setattr(rollout, "transitions", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            helped.transitions(states, ctrl)
+    other = simulate(model, states[-1], -ctrl)
+    expected = Simulator(model, 2, 1).transitions(other, -ctrl)
+    for one, own in zip(helped.transitions(other, -ctrl), expected, strict=True):
+        np.testing.assert_array_equal(one.state, own.state)
+        np.testing.assert_array_equal(one.control, own.control)
 
 
 def test_a_colleague_ends_with_the_one_who_asks(model: mujoco.MjModel) -> None:

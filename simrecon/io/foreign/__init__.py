@@ -10,7 +10,6 @@ __main__     the process
 
 from __future__ import annotations
 
-import os
 import subprocess  # nosec B404  # runs this Python alone
 import sys
 import tempfile
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from simrecon.io import packing
 from simrecon.io.limits import MAX_BYTES
+from simrecon.system import child
 
 PARSERS = ("storage",)
 MEMORY_BYTES, MEMORY_PER_BYTE = 512 << 20, 24
@@ -64,7 +64,7 @@ def parse(parser: str, content: bytes) -> dict[str, NDArray[Any]]:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env=_environment(),
+                env=child.environment(),
                 cwd=folder,
                 timeout=WAIT * seconds,
                 check=False,
@@ -72,12 +72,6 @@ def parse(parser: str, content: bytes) -> dict[str, NDArray[Any]]:
         except subprocess.TimeoutExpired as error:
             raise DamageError(f"it takes more than {WAIT * seconds:.0f} s to read") from error
     return _answer(done.returncode, done.stdout)
-
-
-def _environment() -> dict[str, str]:
-    """Ours, with the places where Python finds its modules now, and one thread of linear algebra."""
-    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
-    return os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def _answer(status: int, output: bytes) -> dict[str, NDArray[Any]]:
