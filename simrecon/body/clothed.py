@@ -38,6 +38,12 @@ class Skin:
     origins_m: Array
     axes: Array
 
+    def strongest(self, count: int) -> tuple[IntArray, Array]:
+        """The `count` segments that move each vertex most, (V, K), and weights whose rows sum to 1."""
+        rows = np.argsort(-self.weights, axis=1, kind="stable")[:, :count]
+        weights = np.take_along_axis(self.weights, rows, axis=1)
+        return rows, np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
 
 def skin(body: Body) -> Skin:
     """The skin of a person, of simrecon's own shape space, drawn out to the lengths of their bones.

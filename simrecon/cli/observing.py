@@ -49,16 +49,11 @@ def job(parsed: argparse.Namespace, path: str | None) -> Job:
             raise InputError(f"{', '.join(flags or ['--video'])}: found no EVIDENCE for it; valid: name one")
         return Job("", "")
     own = {option.name for option in job_options() if option.section or option.name == "video"}
-    before = _of_result(path) if is_result(path) else Job(path, "")
+    before = _of_result(path) if folder.holds_result(Path(path)) else Job(path, "")
     asked = with_options(before, {name: value for name, value in given.items() if name in own})
     if request.detected_by(before) != request.detected_by(asked):
         asked = replace(asked, detected=None)
     return asked
-
-
-def is_result(path: str) -> bool:
-    """Whether a path is the folder of a result, whose evidence is meant."""
-    return (Path(path) / folder.REPORT).is_file() and (Path(path) / folder.MOTION).is_file()
 
 
 def _of_result(path: str) -> Job:

@@ -69,9 +69,7 @@ def _triangles(model: mujoco.MjModel, geoms: list[int]) -> tuple[Array, IntArray
     points, faces, count = [], [], 0
     for geom in geoms:
         surface = shapes.surface(model, [geom], _CELL_M)
-        local, corners = surface.vertices_m, surface.faces
-        triangles = np.concatenate((corners[:, :3], corners[:, [0, 2, 3]]))
-        triangles = triangles[(np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1)]
+        local, triangles = surface.vertices_m, shapes.triangles(surface.faces)
         if model.geom_type[geom] not in _ROUND:
             local, triangles = local[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
         turn = rotations.matrix(model.geom_quat[geom])

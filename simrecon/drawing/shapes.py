@@ -38,6 +38,12 @@ class Surface:
         return rotated + geom_xpos[self.vertex_geom]
 
 
+def triangles(faces: IntArray) -> IntArray:
+    """Two triangles for each of (F, 4) faces, without those of no area: a corner may stand twice."""
+    both = np.concatenate((faces[:, :3], faces[:, [0, 2, 3]]))
+    return np.asarray(both[(np.diff(np.sort(both, axis=1), axis=1) > 0).all(axis=1)])
+
+
 def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surface:
     """Quads of some geoms: all but planes. Triangles of a mesh are quads with their last corner twice.
 

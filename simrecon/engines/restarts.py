@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from simrecon import scene as scenes
 from simrecon.engines import momentum
 from simrecon.engines.problem import Problem
-from simrecon.metrics.dynamics import GRAVITY_MPS2
+from simrecon.metrics.dynamics import needed_load
 from simrecon.scene import check
 from simrecon.sim.state import initial_state
 from simrecon.types import Array, Handover, IntArray, KinematicFit, Window
@@ -51,9 +50,16 @@ def begin(problem: Problem, fit: KinematicFit, window: Window) -> Handover | Non
     return Handover(state, np.zeros((0, problem.model.nu)))
 
 
-def impossible(problem: Problem, fit: KinematicFit, rows: IntArray) -> str:
-    """What no body could do in some frames of the fit; empty if it is nothing of the kind."""
-    load, known = loads(problem, fit), settled(problem, rows)
+def impossible(problem: Problem, fit: KinematicFit, rows: IntArray, load: Array | None = None) -> str:
+    """What no body could do in some frames of the fit; empty if it is nothing of the kind.
+
+    Args:
+        problem: of the clip.
+        fit: that the reference was made of.
+        rows: (R,) the frames.
+        load: (T,) as of `loads`, where many parts of one clip are asked for; None: it is worked out.
+    """
+    load, known = loads(problem, fit) if load is None else load, settled(problem, rows)
     if not known.any():
         return ""
     most, least = float(load[rows[known]].max()), float(load[rows[known]].min())
@@ -76,10 +82,7 @@ def impossible(problem: Problem, fit: KinematicFit, rows: IntArray) -> str:
 
 def loads(problem: Problem, fit: KinematicFit) -> Array:
     """Upward force that the fit's centre of mass needs, body weights (T,)."""
-    interval = problem.clock.frame_s
-    com = gaussian_filter1d(fit.com_m[:, 2], SMOOTH_S / interval, mode="nearest")
-    acceleration = np.gradient(np.gradient(com, interval), interval)
-    return np.asarray(1 + acceleration / GRAVITY_MPS2)
+    return needed_load(fit.com_m[:, 2], problem.clock.frame_s, SMOOTH_S)
 
 
 def settled(problem: Problem, rows: IntArray) -> Mask:

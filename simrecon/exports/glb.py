@@ -56,9 +56,7 @@ def add_person(document: Document, body: Body, names: tuple[str, ...] = ()) -> t
     joints = _add_skeleton(document, body, skin, names or body.skeleton.names)
     vertices_m, world = _grounded(skin)
     material = document.add_material("skin", SKIN_RGB, roughness=0.7)
-    order = np.argsort(-skin.weights, axis=1, kind="stable")[:, :_INFLUENCES]
-    weights = np.take_along_axis(skin.weights, order, axis=1)
-    weights /= weights.sum(axis=1, keepdims=True)
+    order, weights = skin.strongest(_INFLUENCES)
     used = np.where(weights > 0, order, 0)
     mesh = document.add_mesh(
         PERSON,

@@ -87,9 +87,7 @@ def _add_skin(stage: Any, skin: Skin, skeleton: Any) -> None:
     from pxr import UsdSkel, Vt
 
     mesh = _mesh(stage, "/World/person/skin", skin.vertices_m, skin.faces, SKIN_RGB)
-    order = np.argsort(-skin.weights, axis=1, kind="stable")[:, :INFLUENCES]
-    weights = np.take_along_axis(skin.weights, order, axis=1)
-    weights /= weights.sum(axis=1, keepdims=True)
+    order, weights = skin.strongest(INFLUENCES)
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateJointIndicesPrimvar(False, INFLUENCES).Set(
         Vt.IntArray.FromNumpy(order.astype(np.int32).ravel())

@@ -7,6 +7,7 @@ g).
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from simrecon.contact.rules import LOADED_N
 from simrecon.types import Array, Flags
@@ -28,6 +29,16 @@ def implied_grf(com_m: Array, mass_kg: float, interval_s: float) -> Array:
     """
     com_acc = np.diff(com_m, 2, axis=-2) / interval_s**2  # (..., T-2, 3)
     return np.asarray(mass_kg * (com_acc + UP_MPS2))
+
+
+def needed_load(com_height_m: Array, interval_s: float, smooth_s: float) -> Array:
+    """Upward force that a motion needs, in body weights, (T,) → (T,): 1 + z̈ / g.
+
+    The height z of the centre of mass is smoothed by a Gaussian of deviation `smooth_s` first; central
+    differences of central differences. Both are unsure within two deviations of the ends.
+    """
+    smooth = gaussian_filter1d(com_height_m, smooth_s / interval_s, mode="nearest")
+    return np.asarray(1 + np.gradient(np.gradient(smooth, interval_s), interval_s) / GRAVITY_MPS2)
 
 
 def interval_means(ends_s: Array, values: Array, times_s: Array) -> Array:

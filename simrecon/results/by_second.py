@@ -56,6 +56,7 @@ class _Frames:
         self.image_px = None if image is None else image.by_frame()
         self.person_px = None if image is None else image.person_px
         self.sole_m = _soles_m(run)[self.rows]
+        self.load = restarts.loads(run.problem, run.fit)  # of the uniform clock
 
     def reasons(self, rows: IntArray) -> Iterator[tuple[str, str]]:
         """Verdict and reason of everything that is wrong in some frames of the motion."""
@@ -75,7 +76,8 @@ class _Frames:
             if level != GOOD:
                 yield level, f"{100 * off.max():.0f} cm from the kinematic fit at worst"
             yield from self._image(rows[own])
-        if asked := restarts.impossible(self.run.problem, self.run.fit, np.unique(self.rows[rows])):
+        shown = np.unique(self.rows[rows])
+        if asked := restarts.impossible(self.run.problem, self.run.fit, shown, self.load):
             yield DOUBTFUL, f"unexplained force in the reference: {asked}"
         sole = self.sole_m[rows]
         if np.isfinite(sole).any() and (level := graded(float(np.nanmean(sole)), SOLE_M)) != GOOD:

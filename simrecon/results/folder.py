@@ -105,6 +105,11 @@ def _inside(folder: Path) -> tuple[list[str], list[str]]:
     return [path.name for path in entries], foreign
 
 
+def holds_result(path: Path) -> bool:
+    """Whether a folder has the files without which it is no result; what is in them is not looked at."""
+    return (path / MOTION).is_file() and (path / REPORT).is_file()
+
+
 def _is_result(target: Path) -> bool:
     try:
         report = json.loads(read_text(target / REPORT))

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from simrecon.contact import rules
+from simrecon.metrics import smoothness
 from simrecon.studio.clip import Clip
 from simrecon.types import Report
 
@@ -58,7 +60,7 @@ def _seat_N(clip: Clip, _: Report) -> float | None:
         return None
     rows = [clip.motion.contact_body.index(name) for name in SEAT]
     force = clip.motion.contact_force_N[:, rows, 2].sum(axis=1)
-    loaded = force[force > 20.0]
+    loaded = force[rules.loaded(force)]
     return float(loaded.mean()) if len(loaded) else 0.0
 
 
@@ -67,8 +69,7 @@ def _jerk_mps3(clip: Clip, _: Report) -> float | None:
     if clip.motion is None or clip.frames < 5:
         return None
     step = float(np.median(np.diff(clip.times_s)))
-    third = np.diff(clip.motion.joints_m, n=3, axis=0) / step**3
-    return float(np.linalg.norm(third, axis=-1).mean())
+    return float(smoothness.jerks(clip.motion.joints_m, 1.0 / step).mean())
 
 
 _FIGURES = (

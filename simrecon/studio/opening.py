@@ -10,7 +10,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.job import Job, inputs
 from simrecon.results import Result, open_result
-from simrecon.results.folder import MOTION, REPORT
+from simrecon.results.folder import holds_result
 from simrecon.scene import suggest
 from simrecon.scene.suggest import Suggestion
 from simrecon.studio.clip import Clip
@@ -21,16 +21,11 @@ DEPTH = 3
 """How far below the folder of a batch results are looked for."""
 
 
-def is_result(path: Path) -> bool:
-    """Whether a folder is a result."""
-    return (path / MOTION).is_file() and (path / REPORT).is_file()
-
-
 def results_in(folder: Path, depth: int = DEPTH) -> tuple[Path, ...]:
     """The results in a folder, such as that of a batch, by name."""
     found: list[Path] = []
     for path in sorted(path for path in folder.iterdir() if path.is_dir() and path.name[:1] != "."):
-        if is_result(path):
+        if holds_result(path):
             found.append(path)
         elif depth > 1:
             found += results_in(path, depth - 1)
@@ -45,7 +40,7 @@ def check(path: Path) -> None:
     """
     if not path.exists():
         raise InputError(f"{path}: there is no such file; valid: a result, evidence, a video, or a batch")
-    if path.is_dir() and not is_result(path) and not results_in(path):
+    if path.is_dir() and not holds_result(path) and not results_in(path):
         raise InputError(f"{path}: holds no result; valid: a result folder, or one of a batch")
 
 
@@ -59,7 +54,7 @@ def base_of(path: Path, reading: Job | None = None) -> Result | Job:
     Raises:
         InputError: it is none of them.
     """
-    if path.is_dir() and is_result(path):
+    if path.is_dir() and holds_result(path):
         return open_result(path)
     return replace(reading or Job("", ""), input=str(path))
 

@@ -11,6 +11,7 @@ from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.io.reading import read_bytes
 from simrecon.job import Job
+from simrecon.results.folder import holds_result
 from simrecon.studio import opening
 from simrecon.studio.player import Player
 from simrecon.studio.tab import Tab
@@ -60,7 +61,7 @@ class Session:
             InputError: it can't be opened.
         """
         opening.check(path)
-        if path.is_dir() and not opening.is_result(path):
+        if path.is_dir() and not holds_result(path):
             self.listed = opening.results_in(path)
             self._tell(TAB)
             return

@@ -8,7 +8,7 @@ import numpy as np
 
 from simrecon import scene as scenes
 from simrecon.body import shape
-from simrecon.drawing.shapes import surface
+from simrecon.drawing.shapes import surface, triangles
 from simrecon.geometry import rotations
 from simrecon.scene.mjcf import ITEM_PREFIX
 from simrecon.sim.models import compile_text
@@ -71,7 +71,7 @@ def primitives(body: Body) -> Rigged:
     segment = {geom: names.index(part.segment) for geom, part in zip(geoms, body.primitives, strict=True)}
     rows = np.array([segment[int(geom)] for geom in quads.vertex_geom])
     bodies = [model.body(name).id for name in names]
-    mesh = Mesh(quads.place(data.geom_xpos, data.geom_xmat), _triangles(quads.faces))
+    mesh = Mesh(quads.place(data.geom_xpos, data.geom_xmat), triangles(quads.faces))
     return Rigged(mesh, np.eye(len(names))[rows], data.xpos[bodies].copy(), data.xquat[bodies].copy())
 
 
@@ -86,13 +86,7 @@ def item_mesh(item: SceneItem, folder: str) -> Mesh:
     names = [model.geom(row).name for row in range(model.ngeom)]
     seen = [row for row, name in enumerate(names) if name.startswith(ITEM_PREFIX) and model.geom_rgba[row, 3]]
     quads, data = surface(model, seen, _CELL_M), at_rest(model)
-    return Mesh(quads.place(data.geom_xpos, data.geom_xmat), _triangles(quads.faces))
-
-
-def _triangles(quads: IntArray) -> IntArray:
-    """Two triangles for each of (F, 4) quads; one where the last corner stands twice."""
-    both = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
-    return np.asarray(both[(both[:, 1] != both[:, 2]) & (both[:, 0] != both[:, 2])])
+    return Mesh(quads.place(data.geom_xpos, data.geom_xmat), triangles(quads.faces))
 
 
 def _strongest(weights: Array) -> Array:

@@ -14,6 +14,7 @@ from simrecon import scene as scenes
 from simrecon.errors import InputError, SimreconError
 from simrecon.job import Job
 from simrecon.results import Result, open_result
+from simrecon.results.folder import holds_result
 from simrecon.studio import asking, camera, clip, comparing, keeping, opening, penetration, preview, runs
 from simrecon.studio.asking import Wanted
 from simrecon.studio.camera import Seen
@@ -207,7 +208,7 @@ class Tab:
 
     def left(self) -> tuple[Path, ...]:
         """Results of an earlier studio that were neither kept nor discarded, the last one first."""
-        there = [path for path in self.journal.runs.glob("*") if opening.is_result(path)]
+        there = [path for path in self.journal.runs.glob("*") if holds_result(path)]
         own = None if self.after is None else self.after.result.folder
         return tuple(path for path in sorted(there, key=_number, reverse=True) if path != own)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from simrecon.io.messages import counted
-from simrecon.metrics.dynamics import GRAVITY_MPS2
+from simrecon.metrics.dynamics import needed_load
 from simrecon.planners.centroidal.points import Point, labelled
 from simrecon.planners.centroidal.settings import PhaseRules
 from simrecon.types import Array, Flags, KinematicFit
@@ -57,8 +56,7 @@ def contacts(
 def load(com_m: Array, frame_s: float) -> Array:
     """Upward force that a centre of mass (T, 3) needs, body weights (T,)."""
     edge = int(np.ceil(2 * SMOOTH_S / frame_s))
-    smooth = gaussian_filter1d(com_m[:, 2], SMOOTH_S / frame_s, mode="nearest")
-    needed = 1 + np.gradient(np.gradient(smooth, frame_s), frame_s) / GRAVITY_MPS2
+    needed = needed_load(com_m[:, 2], frame_s, SMOOTH_S)
     rows = np.arange(len(needed))
     if len(rows) <= 2 * edge:
         return np.ones(len(rows))
