@@ -8,11 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import io
 import json
-import tokenize
-import zipfile
-import zlib
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -24,12 +20,12 @@ import numpy as np
 import simrecon
 from simrecon import plan as plans
 from simrecon.engines.problem import Problem
-from simrecon.io import atomic
-from simrecon.io.reading import read_bytes
+from simrecon.errors import InputError
+from simrecon.io import atomic, npz
+from simrecon.io.limits import MISFITS
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 SCHEMA = "simrecon.checkpoint/3"
-_DAMAGE = (zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
 class Store(Protocol):
@@ -148,8 +144,7 @@ def _bytes(digest: str, result: WindowResult) -> bytes:
 def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
     """A window; None where there is none, or it is not whole."""
     try:
-        with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
+        arrays = npz.load(path).content
         kept = Window(*(int(value) for value in arrays["window"]))
         if (str(arrays["schema"]), str(arrays["digest"]), kept) != (SCHEMA, digest, window):
             return None
@@ -164,5 +159,5 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
             handover=Handover(arrays["state"], arrays["knots_rad"], int(arrays["first_knot"])),
             **plain,
         )
-    except (OSError, ValueError, KeyError, EOFError, NotImplementedError, *_DAMAGE):
+    except (InputError, *MISFITS):
         return None

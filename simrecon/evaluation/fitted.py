@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import scene as scenes
-from simrecon.errors import InputError
 from simrecon.evaluation.configurations import Configurations, configurations, foot_rest
 from simrecon.io import atomic
 from simrecon.io.npz import load
 from simrecon.metrics import statistics
 from simrecon.sim.address import with_items_at_rest
-from simrecon.sim.models import compile_text
+from simrecon.sim.models import compile_foreign
 from simrecon.types import Array, KinematicFit, Scene
 
 SCHEMA = "simrecon.fit/1"
@@ -73,12 +72,11 @@ def read(path: Path) -> Fitted:
     arrays = load(path)
     arrays.text("schema", (SCHEMA,))
     times, qpos = arrays.finite("times_s", ("T",)), arrays.finite("qpos", ("T", "nq"))
+    if len(times) < 2 or (np.diff(times) <= 0).any():
+        arrays.fail("times_s", "times that do not increase", "two or more increasing times in seconds")
     names, parts = arrays.names("point_names", "K"), arrays.names("parts", "C")
     scene = scenes.parse(str(arrays.array("scene")), path)
-    try:
-        model = compile_text(str(arrays.array("mjcf")))
-    except ValueError as error:
-        raise InputError(f"{path}: mjcf: cannot be loaded ({error}); valid: a body and its scene") from error
+    model = compile_foreign(str(arrays.array("mjcf")), f"{path}: mjcf")
     shape = configurations(model, scene, with_items_at_rest(model, qpos), parts, names)
     pixels = arrays.array("reprojection_px").astype(np.float64)
     span = float(times[-1] - times[0])

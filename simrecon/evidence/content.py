@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +16,8 @@ from simrecon.io.limits import MAX_BYTES, size_text
 from simrecon.io.reading import read_bytes
 
 _JSON_FILES_MAX = 500_000
+_FRAME_MAX_BYTES = 1 << 24
+"""Of the file of one frame."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,14 @@ def open_content(path: str | os.PathLike[str]) -> Content:
     if size > MAX_BYTES and kind != "video":
         raise InputError(f"{path}: found {size_text(size)}; valid: at most {size_text(MAX_BYTES)}")
     return Content(path, kind)
+
+
+def json_or_none(path: Path) -> Any:
+    """What the JSON file of one frame holds; None where it can't be read."""
+    try:
+        return json.loads(read_bytes(path, _FRAME_MAX_BYTES))
+    except (OSError, ValueError, RecursionError):
+        return None
 
 
 def is_video(path: str | os.PathLike[str]) -> bool:

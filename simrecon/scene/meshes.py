@@ -11,6 +11,9 @@ import numpy as np
 import scipy
 
 from simrecon.errors import InputError
+from simrecon.io import foreign
+from simrecon.io.reading import read_bytes
+from simrecon.scene.kinds import LARGEST_M
 from simrecon.scene.mesh_shapes import (
     MAX_TRIANGLES,
     Field,
@@ -55,6 +58,13 @@ def check(item: SceneItem, folder: str, where: str) -> None:
     import trimesh  # not with the module: few scenes need it
 
     vertices, faces = _raw(str(file), file.stat().st_mtime_ns, where)
+    values: dict[str, Any] = dict(item.parameters)
+    extent = float(values["scale"] * np.ptp(vertices, axis=0).max())
+    if not extent <= LARGEST_M:
+        raise InputError(
+            f"{where} file {values['file']!r} is {extent:.3g} m large; valid: up to {LARGEST_M:g} m, with a "
+            f"scale that makes metres of its unit"
+        )
     if method == "parts":
         if importlib.util.find_spec("coacd") is None:
             raise InputError(
@@ -119,16 +129,18 @@ def _shape(
 @functools.lru_cache(maxsize=16)
 def _raw(file: str, changed: int, where: str) -> tuple[Array, IntArray]:
     """Vertices (V, 3) and triangles (F, 3) of a file; `changed` is the file's time, for the cache."""
-    import trimesh  # not with the module: few scenes need it
-
     del changed
+    path = Path(file)
     try:
-        mesh = trimesh.load_mesh(file)
-    except Exception as error:
-        raise InputError(f"{where} {file}: cannot be read as a mesh: {error}") from error
-    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
-    if not len(faces) or not np.isfinite(vertices).all():
+        found = foreign.parse("mesh", read_bytes(path), path.suffix[1:].lower(), str(path.parent))
+    except (OSError, foreign.DamageError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{where} {file}: cannot be read as a mesh: {reason}") from error
+    vertices, faces = found["vertices"], found["faces"]
+    if not faces.size or not np.isfinite(vertices).all():
         raise InputError(f"{where} {file}: it has no finite triangles")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{where} {file}: a triangle names a vertex that is not there")
     used = np.unique(faces)
     place = np.zeros(len(vertices), np.int64)
     place[used] = np.arange(len(used))

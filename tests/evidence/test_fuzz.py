@@ -13,7 +13,7 @@ import pytest
 
 from simrecon.errors import InputError
 from simrecon.evidence import formats
-from tests.support import corpus, mutations, own_files
+from tests.support import corpus, mutations, own_files, side_files
 from tools import CHECKOUT
 
 SEED, FILES, PIECE, FEW = 17, 20_000, 1000, 500
@@ -51,11 +51,13 @@ def test_the_corpus_has_a_file_of_every_format_and_each_is_read_as_it_is(tmp_pat
 
 
 def test_all_else_that_is_read_is_read_as_it_is(tmp_path: Path) -> None:
-    samples = own_files.made(tmp_path)
+    samples = own_files.made(tmp_path / "own")
     assert [sample.format for sample in samples] == list(own_files.NAMES)
+    samples += side_files.made(tmp_path / "side")
     for sample in samples:
         assert sample.reader is not None
-        sample.reader(sample.path)
+        found = sample.reader(sample.path)
+        assert found or sample.format not in side_files.MAKERS
 
 
 @pytest.mark.parametrize("first", range(0, 4 * FEW, FEW))

@@ -84,7 +84,7 @@ def test_whatever_becomes_of_it_is_a_line(
 
 
 def test_only_known_parsers_run() -> None:
-    with pytest.raises(ValueError, match="found 'os'; valid: storage"):
+    with pytest.raises(ValueError, match="found 'os'; valid: storage, mesh"):
         foreign.parse("os", b"")
 
 

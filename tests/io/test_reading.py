@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,7 @@ from simrecon.errors import InputError
 from simrecon.evidence.camera import files as cameras
 from simrecon.io import npz, reading, toml
 from simrecon.sim import models
+from tests.support import side_files
 
 READERS: dict[str, Callable[[Path], Any]] = {
     "evidence": evidence.read,
@@ -54,6 +56,38 @@ def test_a_pipe_is_refused_at_once(tmp_path: Path, reader: str) -> None:
     with pytest.raises(InputError) as caught:
         READERS[reader](path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_pipe_in_a_folder_of_frames_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "frame_000.json")
+    with pytest.raises(InputError) as caught:
+        evidence.read(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def claiming(path: Path) -> None:
+    """Another array in an archive, which claims 8 TB."""
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,), }"
+    raw = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("more.npy", raw)
+
+
+def locked(path: Path) -> None:
+    """Members that say they have a password."""
+    raw = bytearray(path.read_bytes())
+    for mark, at in ((b"PK\x01\x02", 8), (b"PK\x03\x04", 6)):
+        raw[raw.index(mark) + at] |= 1
+    path.write_bytes(raw)
+
+
+@pytest.mark.parametrize("damage", [claiming, locked])
+def test_a_window_that_is_damaged_is_solved_again(tmp_path: Path, damage: Callable[[Path], None]) -> None:
+    window = next(one for one in side_files.made(tmp_path) if one.format == "window")
+    assert side_files.MAKERS["window"][1](window.path)
+    damage(window.path)
+    assert side_files.MAKERS["window"][1](window.path) is None
 
 
 @pytest.mark.parametrize("reader", ["scene", "plan", "job", "camera"])

@@ -28,7 +28,7 @@ from unittest.mock import patch
 import numpy as np
 
 from simrecon.errors import SimreconError
-from tests.support import corpus, mutations, own_files, video_files
+from tests.support import corpus, mutations, own_files, side_files, video_files
 from tests.support.corpus import Sample
 
 SECONDS, WAIT_S, MEMORY = 5.0, 60.0, 1 << 30
@@ -147,7 +147,8 @@ def main(folder: Path, seed: int, first: int, last: int) -> None:
     os.environ["SIMRECON_CACHE"] = str(folder / "cache")
     without_a_network()
     (folder / "cases").mkdir(parents=True)
-    samples = corpus.made(folder / "made") + corpus.cases(folder / "cases") + own_files.made(folder / "own")
+    samples = corpus.made(folder / "made") + corpus.cases(folder / "cases")
+    samples += own_files.made(folder / "own") + side_files.made(folder / "side")
     watch = Watch(folder / "cache")
     for sample in samples:  # what is loaded on first use is loaded now
         fault(sample, watch)

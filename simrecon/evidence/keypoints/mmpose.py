@@ -10,13 +10,12 @@ each frame. That is a mirror image (x would have to go to the right), which `sol
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from simrecon.evidence.content import Content, open_content
+from simrecon.evidence.content import Content, json_or_none, open_content
 from simrecon.evidence.keypoints import anatomy, entries, following, layouts, pixels, solid, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
@@ -186,10 +185,6 @@ def _is_people(tree: Any) -> bool:
 def _parsed(content: Content) -> Any:
     """The first file of a folder that has people in it."""
     for path in content.json_files[:32]:
-        try:
-            tree = json.loads(path.read_bytes()[: 1 << 24])
-        except (OSError, ValueError, RecursionError):
-            return None
-        if tree != []:
+        if (tree := json_or_none(path)) != []:
             return tree
     return None

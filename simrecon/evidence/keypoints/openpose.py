@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
-from simrecon.evidence.content import Content, open_content
+from simrecon.evidence.content import Content, json_or_none, open_content
 from simrecon.evidence.keypoints import entries, layouts, tracks
 from simrecon.evidence.keypoints.following import Detection
 from simrecon.evidence.options import Options
@@ -58,7 +57,4 @@ def _is_frame(tree: Any) -> bool:
 
 
 def _parsed(content: Content, index: int) -> Any:
-    try:
-        return json.loads(content.json_files[index].read_bytes()[: 1 << 24])
-    except (OSError, ValueError, RecursionError):
-        return None
+    return json_or_none(content.json_files[index])

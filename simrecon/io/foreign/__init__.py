@@ -1,10 +1,11 @@
 """Parsers of other projects, run apart: in a process of their own, with limits of memory and time.
 
-They are libraries in C++ that a damaged file may crash, hang or fill with memory. The process reads one
+They are libraries that a damaged file may crash, hang or fill with memory. The process reads one
 file, a copy in an empty folder, may write no other, and answers with plain arrays; whatever becomes of it,
 the reader has one line to say.
 
 storage      OpenCV's FileStorage: YAML, XML, JSON
+mesh         trimesh: meshes of scenes
 __main__     the process
 """
 
@@ -22,7 +23,7 @@ from simrecon.io import packing
 from simrecon.io.limits import MAX_BYTES
 from simrecon.system import child
 
-PARSERS = ("storage",)
+PARSERS = ("storage", "mesh")
 MEMORY_BYTES, MEMORY_PER_BYTE = 512 << 20, 24
 """That the process may take, and more for each byte of the file."""
 SECONDS, SECONDS_PER_BYTE = 4.0, 5e-7
@@ -37,12 +38,13 @@ class DamageError(Exception):
     """A file that its parser can't read; the message says why."""
 
 
-def parse(parser: str, content: bytes) -> dict[str, NDArray[Any]]:
+def parse(parser: str, content: bytes, *words: str) -> dict[str, NDArray[Any]]:
     """What a parser makes of a file.
 
     Args:
         parser: one of `PARSERS`.
         content: of the file.
+        words: more that its module is to be told.
 
     Returns:
         Arrays of numbers and text by name, as its module says.
@@ -57,7 +59,8 @@ def parse(parser: str, content: bytes) -> dict[str, NDArray[Any]]:
     with tempfile.TemporaryDirectory(prefix="simrecon-") as folder:
         file = Path(folder) / "file"
         file.write_bytes(content)
-        command = [sys.executable, "-P", "-m", __name__, parser, str(file), str(memory), f"{seconds:.0f}"]
+        limits = [str(memory), f"{seconds:.0f}"]
+        command = [sys.executable, "-P", "-m", __name__, parser, str(file), *limits, *words]
         try:
             done = subprocess.run(  # nosec B603  # no shell, words of our own
                 command,

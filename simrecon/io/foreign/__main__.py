@@ -1,4 +1,4 @@
-"""The process: `python -m simrecon.io.foreign PARSER FILE MEMORY SECONDS`."""
+"""The process: `python -m simrecon.io.foreign PARSER FILE MEMORY SECONDS [WORD…]`."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def limit(memory: int, seconds: int) -> None:
         resource.setrlimit(kind, (most if highest == resource.RLIM_INFINITY else min(most, highest), highest))
 
 
-def main(parser: str, file: str, memory: int, seconds: int) -> int:
+def main(parser: str, file: str, memory: int, seconds: int, *words: str) -> int:
     """Parse, and write what there is to standard output."""
     if parser not in foreign.PARSERS:
         return 2
     module = importlib.import_module(f"{foreign.__name__}.{parser}")
     limit(memory, seconds)
     try:
-        answer = packing.packed(module.parse(file))
+        answer = packing.packed(module.parse(file, *words))
     except Exception as error:
         reason = str(error).replace(file, "the file") or type(error).__name__
         sys.stdout.buffer.write(reason.encode("utf-8", "replace"))
@@ -48,4 +48,4 @@ def main(parser: str, file: str, memory: int, seconds: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])))
+    sys.exit(main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), *sys.argv[5:]))
