@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from simrecon.exports.picture import write as picture
     from simrecon.job import Job, Person, Reading
     from simrecon.observer import Observer
+    from simrecon.people import run_people
     from simrecon.pipeline import Reconstruction, Setup, reconstruct
     from simrecon.plan import read as read_plan
     from simrecon.results import Result, open_result
@@ -60,6 +61,7 @@ __all__ = [
     "rerun",
     "retarget",
     "run",
+    "run_people",
     "suggest",
     "write_evidence",
 ]
@@ -90,6 +92,7 @@ _PLACES = {
     "rerun": "calls",
     "retarget": "calls",
     "run": "running",
+    "run_people": "people",
     "suggest": "calls",
     "write_evidence": "evidence:write",
 }

@@ -18,7 +18,7 @@ from simrecon.contact import wishes
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint as checkpoints
 from simrecon.errors import InputError
-from simrecon.job import Job, Person, Reading, ahead, checking, inputs, request, text
+from simrecon.job import Job, Person, Reading, ahead, checking, inputs, looking, request, text
 from simrecon.kinematics import retargeting
 from simrecon.observer import SILENT, Observer
 from simrecon.pipeline import Reconstruction, Setup, reconstruct
@@ -62,7 +62,7 @@ def run(
         SimreconError: the job failed.
     """
     job, threads = jobs.checked(job), checking.checked_threads(threads)
-    _check_ahead(job)
+    check(job)
     with unwarned(), blas.one_thread(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
         sources = _sources(job, observer, Path(scratch))
         job = replace(sources.job, sha256=request.hashes(sources.job))
@@ -109,8 +109,17 @@ class _Sources:
     landmarks: Path | None = None
 
 
-def _check_ahead(job: Job) -> None:
-    """All that can be known to be wrong before a video is looked at, which may take hours."""
+def check(job: Job) -> None:
+    """Check all that can be known to be wrong before a video is looked at, which may take hours.
+
+    Raises:
+        InputError: names it.
+    """
+    if looking.asks_for_all(job):
+        raise InputError(
+            f"{job.input}: found all for a person, which makes several results; "
+            f"valid: `simrecon run`, simrecon.run_people, or the number of one"
+        )
     planners.check(job.planner)
     engines.check(job.engine)
     if job.scene.ground.calibrate and not engines.simulates(job.engine):

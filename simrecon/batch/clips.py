@@ -14,7 +14,7 @@ from simrecon.batch import files, manifest, shared
 from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.evidence import formats
-from simrecon.job import Job, text
+from simrecon.job import Job, looking, text
 from simrecon.types import Scene
 
 OF_PART = ("from_s", "to_s", "every")
@@ -103,6 +103,9 @@ def collect(
 def _clip(name: str, path: Path, values: Mapping[str, Any]) -> Clip:
     """A clip with its own fields and options of the values."""
     options = {key: value for key, value in values.items() if key in manifest.OPTIONS}
+    if options.get("person") == looking.EVERYBODY:
+        valid = "the number of one in a clip for each, in a manifest; or `simrecon run`"
+        raise InputError(f"{path}: person: found {looking.EVERYBODY!r}; valid in a batch: {valid}")
     own: dict[str, Any] = {key: value for key, value in values.items() if key not in manifest.OPTIONS}
     return Clip(name, str(path.resolve()), options=options, **own)
 

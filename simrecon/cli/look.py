@@ -6,17 +6,16 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from simrecon import evidence as readers
 from simrecon.cli import arguments, options
 from simrecon.cli.commands import purpose
 from simrecon.cli.stages import Stages
 from simrecon.drawing import looked, video
 from simrecon.errors import InputError, printable
 from simrecon.evidence.content import open_content
-from simrecon.evidence.video import reader, survey
+from simrecon.evidence.video import survey
 from simrecon.evidence.video.kept import Detection
 from simrecon.io.messages import counted, spans
-from simrecon.job import Job, inputs
+from simrecon.job import Job, looking
 from simrecon.job.text import options as job_options
 from simrecon.job.text import with_options
 
@@ -41,28 +40,16 @@ def _look(parsed: argparse.Namespace) -> int:
     content = open_content(path)
     if content.kind != "video":
         raise content.fail("content", content.kind, "a video")
+    reading = with_options(Job(parsed.input, ""), options.given(parsed)).reading
     with Stages() as stages:
-        asked = _asked(parsed, lambda done, total: stages.stage("landmarks", done, total))
-        detected, look, _ = reader.look(content, asked)
-    video.write_image(target, looked.sheet(path, detected, look))
+        detected, asked = looking.look(
+            content, reading, lambda done, total: stages.stage("landmarks", done, total)
+        )
+    video.write_image(target, looked.sheet(path, detected, asked))
     for name, words in _facts(detected):
         print(f"{name:<9}{printable(words)}")
     print(f"{'written':<9}{target}")
     return 0
-
-
-def _asked(parsed: argparse.Namespace, progress: inputs.Progress) -> readers.Options:
-    """What was said of the video."""
-    reading = with_options(Job(parsed.input, ""), options.given(parsed)).reading
-    return readers.Options(
-        person=reading.person,
-        person_at=reading.person_at_px,
-        model=reading.model,
-        fps=reading.fps,
-        turn_deg=reading.rotate,
-        span=inputs.span(reading),
-        progress=progress,
-    )
 
 
 def _facts(detected: Detection) -> list[tuple[str, str]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from simrecon import results, viewer
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.errors import printable
+from simrecon.results import folder
 
 
 def add(commands: Any) -> None:
@@ -18,6 +20,7 @@ def add(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    path = viewer.write(results.open_result(options.result))
-    print(f"written  {printable(str(path))}")
+    for one in folder.people(Path(options.result)) or (options.result,):
+        path = viewer.write(results.open_result(one))
+        print(f"written  {printable(str(path))}")
     return 0

@@ -10,10 +10,10 @@ from typing import Any
 from simrecon import results
 from simrecon.cli import arguments, options
 from simrecon.cli.commands import purpose
-from simrecon.cli.run import execute
+from simrecon.cli.run import execute, worst
 from simrecon.errors import InputError
 from simrecon.job import Job, inputs, request
-from simrecon.results import recall
+from simrecon.results import folder, recall
 
 
 def add(commands: Any) -> None:
@@ -31,12 +31,20 @@ def add(commands: Any) -> None:
 def _rerun(parsed: argparse.Namespace) -> int:
     if parsed.output is None:
         raise InputError("rerun: found no -o; valid: -o OUT2, the folder of the new result")
-    result = results.open_result(parsed.result)
-    job = replace(recall.job_of(result), output=parsed.output)
+    several = folder.people(Path(parsed.result))
+    if not several:
+        return _one(parsed, parsed.result, parsed.output)
+    return worst(_one(parsed, str(one), str(Path(parsed.output) / one.name)) for one in several)
+
+
+def _one(parsed: argparse.Namespace, path: str, output: str) -> int:
+    """Run one result again."""
+    result = results.open_result(path)
+    job = replace(recall.job_of(result), output=output)
     again = options.apply(parsed, job)
     if parsed.input is not None:
         again = _moved(again, parsed.input)
-    _check_there(again, parsed.result)
+    _check_there(again, path)
     return execute(again, parsed)
 
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from simrecon import job as jobs
-from simrecon import resources, running, scene
+from simrecon import people, resources, running, scene
 from simrecon.cli import arguments, options, summary
 from simrecon.cli.commands import purpose
 from simrecon.cli.stages import Stages
 from simrecon.errors import InputError
-from simrecon.job import Job
+from simrecon.job import Job, looking
+from simrecon.results import Result
 
-EXIT_FALLBACK = 3
+EXIT_FAILED, EXIT_FALLBACK = 1, 3
 DEMO_OUTPUT = "out/demo"
 
 
@@ -64,7 +66,28 @@ def _demo(parsed: argparse.Namespace) -> int:
 
 def execute(job: Job, parsed: argparse.Namespace) -> int:
     """Run a job with its progress on stderr, print a summary, and return the exit status."""
+    if looking.asks_for_all(job):
+        return _everybody(job, parsed)
     with Stages() as stages:
         result = running.run(job, stages, overwrite=parsed.replace)
     print(summary.of(result))
+    return _status(result)
+
+
+def _everybody(job: Job, parsed: argparse.Namespace) -> int:
+    """The same for each person of a video; the exit status is the worst of them."""
+    with Stages() as stages:
+        outcomes = people.run_people(job, stages, overwrite=parsed.replace)
+    for outcome in outcomes:
+        print(f"\nperson {outcome.number} of {len(outcomes)}")
+        print(f"failed   {outcome.error}" if outcome.result is None else summary.of(outcome.result))
+    return worst(EXIT_FAILED if one.result is None else _status(one.result) for one in outcomes)
+
+
+def _status(result: Result) -> int:
     return EXIT_FALLBACK if result.report["frames"]["fallback"] else 0
+
+
+def worst(statuses: Iterable[int]) -> int:
+    """The exit status of several runs: failed before on fallback before simulated."""
+    return max(statuses, key=(0, EXIT_FALLBACK, EXIT_FAILED).index, default=0)

@@ -88,7 +88,9 @@ class Reading:
     )
     frame: str | None = option(None, choices=FRAMES, text="which motion of a file that holds both [world]")
     person: str | None = option(
-        None, metavar="NAME", text="which person of a file with several, as the file names them"
+        None,
+        metavar="NAME",
+        text="which person of a file with several, as the file names them; of a video a number, or all",
     )
     points: str | None = option(
         None,

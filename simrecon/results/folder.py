@@ -110,6 +110,17 @@ def holds_result(path: Path) -> bool:
     return (path / MOTION).is_file() and (path / REPORT).is_file()
 
 
+def person(number: int) -> str:
+    """Name of the folder with the result of one of several people."""
+    return f"person{number}"
+
+
+def people(path: Path) -> tuple[Path, ...]:
+    """Folders of the results of several people in a folder, by number; none where it holds no such."""
+    found = [one for one in path.glob("person*") if one.name[6:].isdecimal() and holds_result(one)]
+    return tuple(sorted(found, key=lambda one: int(one.name[6:])))
+
+
 def _is_result(target: Path) -> bool:
     try:
         report = json.loads(read_text(target / REPORT))

@@ -48,6 +48,9 @@ class Result:
             raise InputError(f"{folder}: found a file; valid: a result folder, with {folders.MOTION}")
         if not self.folder.is_dir():
             raise InputError(f"{folder}: found no such folder; valid: a result folder, with {folders.MOTION}")
+        if people := folders.people(self.folder):
+            names = ", ".join(map(str, people))
+            raise InputError(f"{folder}: found the results of several people; valid: one of {names}")
         if not (self.folder / folders.MOTION).is_file():
             raise InputError(f"{folder}: holds no {folders.MOTION}; valid: the folder of a result")
 
