@@ -9,7 +9,7 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.geometry import camera as cameras
-from simrecon.types import Evidence
+from simrecon.types import Camera, Evidence
 
 NO_LENS = (
     "landmarks in an image, but no lens; valid: --fov DEGREES and --size WIDTHxHEIGHT, "
@@ -59,6 +59,8 @@ def join(
     camera = first.camera
     if camera is None and second.camera is not None:
         camera = cameras.at(second.camera, nearest)
+        if not second.ground_known:  # a path in another world than that of the 3D estimate
+            camera = Camera(camera.lens)
     return replace(
         first,
         keypoint_names=second.keypoint_names,

@@ -42,6 +42,8 @@ def estimated(evidence: Evidence, fit: Callable[[Evidence], KinematicFit]) -> Ev
     camera = evidence.camera
     if camera is None or not camera.lens.focal_sigma or not evidence.keypoint_names:
         return evidence
+    if not cameras.is_still(camera):  # its path is that of its lens
+        return evidence
     part, sigma = _part(evidence), camera.lens.focal_sigma
     offsets = sigma * np.array(STEPS)
     left = [_left(fit(replace(part, camera=scaled(part.camera, np.exp(x), 0.0)))) for x in offsets]

@@ -67,8 +67,9 @@ def _camera(run: Reconstruction) -> dict[str, Any]:
     before, after = run.evidence.camera, run.fit.camera
     if after is None:
         return {"origin": NONE, "height_m": None, "down_deg": None}
+    given = before is not None and before.path is not None and run.evidence.ground_known
     return {
-        "origin": GIVEN if before is not None and before.path is not None else ESTIMATED,
+        "origin": GIVEN if given else ESTIMATED,
         "height_m": float(cameras.centre_m(after)[0, 2] - run.fit.scene.ground.height_m),
         "down_deg": _down_deg(after),
     }

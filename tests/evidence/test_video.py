@@ -22,6 +22,7 @@ from simrecon.evidence.video.detection import Look
 from simrecon.evidence.video.tracker import Choice
 from simrecon.job import Job, Reading, inputs
 from simrecon.types import Camera, Evidence, Lens, Part
+from tests.support import textured
 from tests.support import video_files as files
 from tests.support.reading import observed
 from tests.support.video_files import GREEN, RED
@@ -132,6 +133,31 @@ def test_a_lens_that_nobody_knows_is_a_usual_one_until_the_motion_says_more(
     kept = evidence.read(tmp_path / "kept.npz").camera
     assert kept is not None
     assert kept.lens.focal_sigma == 0.245
+
+
+@fake
+def test_a_camera_that_pans_has_a_path_in_a_world_without_a_floor(tmp_path: Path) -> None:
+    turns, picture, images = textured.swaying(12, 0.15), textured.wall(), []
+    for t, rotation in enumerate(turns):
+        pale = 128 + 0.3 * (textured.turned(picture, rotation).astype(float) - 128)
+        images.append(pale.astype(np.uint8))
+        cv2.rectangle(images[-1], (100 + 4 * t, 60), (150 + 4 * t, 240), RED, -1)
+    panning = files.write(tmp_path / "panning.mp4", images, 25.0)
+    found = evidence.read(panning, Options(camera=Camera(textured.LENS), lens="a test"))
+    assert found.camera is not None
+    assert found.camera.path is not None
+    assert found.camera.path.shape == (12, 4, 4)
+    assert not found.ground_known
+    ahead = found.camera.path[:, 2, :3]
+    np.testing.assert_allclose(ahead @ ahead[0], turns[:, 2, 2], atol=2e-3)
+    assert "; the camera turns by up to " in found.reading
+    evidence.write(tmp_path / "kept.npz", found)
+    kept = evidence.read(tmp_path / "kept.npz")
+    assert kept.camera is not None
+    np.testing.assert_allclose(kept.camera.path, found.camera.path)
+    unknown = inputs.observe(Job(str(panning), "", Reading(unknown_camera=True)))
+    assert unknown.camera is not None
+    assert unknown.camera.path is not None
 
 
 @fake

@@ -29,6 +29,8 @@ def unknown_camera(evidence: Evidence) -> Evidence:
         if evidence.keypoint_names:
             raise InputError("unknown camera: found no image size; valid: --size WIDTHxHEIGHT, or --video")
         return evidence
+    if evidence.camera.lens.focal_sigma and not evidence.ground_known:  # all of it was found in the images
+        return evidence
     return replace(evidence, camera=usual(evidence.camera.lens.image_size_px))
 
 

@@ -17,6 +17,7 @@ from simrecon.evidence import cutting
 from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.evidence.video import figures, frames, jumps, searching, swaps, weights
 from simrecon.evidence.video import survey as surveys
+from simrecon.evidence.video.background import Background
 from simrecon.evidence.video.blazepose import COUNT, Image, Pose
 from simrecon.evidence.video.kept import Detection, load, save
 from simrecon.evidence.video.networks import Networks
@@ -27,7 +28,7 @@ from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 4
+VERSION = 5
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048
@@ -128,7 +129,7 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
     chosen, begin = _chosen(path, there, look.choice)
     anchors = {one.row: one.pose for one in there.people[chosen]} if begin is not None else {}
     follower = Tracker(network, look.choice)
-    passes, rows = Passes(follower), _Rows()
+    passes, rows, behind = Passes(follower), _Rows(), Background()
     numbers: list[int] = []
     stamps, spent = list[float](), list[float]()
     clock = -interval
@@ -138,7 +139,9 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
         clock = frame.stamp_s if frame.stamp_s > clock else clock + interval * look.span.every
         here = anchors.get(frame.row)
         waits = begin is not None and frame.row < begin.row
-        rows.set(passes.step(len(stamps), frame.image, clock, here, waits=waits))
+        poses = passes.step(len(stamps), frame.image, clock, here, waits=waits)
+        rows.set(poses)
+        behind.step(frame.image, tuple(filter(None, (poses[len(stamps)], here))))
         numbers.append(frame.row)
         stamps.append(frame.stamp_s)
         now = time.perf_counter()
@@ -170,6 +173,8 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
         chosen,
         follower.losses,
         passes.found_backward,
+        np.array(behind.views).reshape(-1, 3, 3),
+        np.array(behind.shares),
         info.size_px,
     )
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simrecon.errors import InputError
+from simrecon.evidence.camera.turning import Views
 from simrecon.evidence.video.blazepose import COUNT
 from simrecon.io import atomic
 from simrecon.io.arrays import Arrays
@@ -18,7 +19,7 @@ from simrecon.io.npz import parse_npz
 from simrecon.io.reading import read_bytes
 from simrecon.types import Array, IntArray
 
-SCHEMA = "simrecon.detection/2"
+SCHEMA = "simrecon.detection/3"
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Detection:
         chosen: index of the person who was followed; -1: one who is in none of these frames.
         losses: how often the person was lost.
         backward: number of frames whose landmarks are of the pass backward in time.
+        homographies: (T, 3, 3) from pixels of the first frame to those of each, of the background.
+        background: (T,) share of the background's features that agree with it; 0 where it is not known.
         size_px: (2,) width and height of the upright image.
     """
 
@@ -54,7 +57,14 @@ class Detection:
     chosen: int
     losses: int
     backward: int
+    homographies: Array
+    background: Array
     size_px: tuple[int, int]
+
+    @property
+    def views(self) -> Views:
+        """What the background did."""
+        return Views(self.homographies, self.background)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -97,5 +107,7 @@ def _parse(arrays: Arrays) -> Detection:
         chosen=int(arrays.finite("chosen", ())),
         losses=int(arrays.finite("losses", ())),
         backward=int(arrays.finite("backward", ())),
+        homographies=arrays.finite("homographies", ("T", 3, 3)),
+        background=arrays.finite("background", ("T",)),
         size_px=(int(size[0]), int(size[1])),
     )

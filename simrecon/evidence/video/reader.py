@@ -11,6 +11,7 @@ from simrecon.evidence.cutting import Span
 from simrecon.evidence.options import Options
 from simrecon.evidence.video import detection, frames, metadata, survey, weights
 from simrecon.evidence.video.blazepose import NAMES
+from simrecon.evidence.video.carried import follow
 from simrecon.evidence.video.detection import Look
 from simrecon.evidence.video.kept import Detection
 from simrecon.evidence.video.tracker import Choice
@@ -39,7 +40,7 @@ def read(content: Content, options: Options) -> Evidence:
     times, clock = _times(content, detected, info, options.fps)
     if len(times) < 2:
         raise content.fail("frames", "a single frame", "a video of two frames or more")
-    seen = detected.seen
+    seen, carried = detected.seen, follow(camera, detected.views)
     size = f"{info.size_px[0]} x {info.size_px[1]} px{_turned(info)}"
     reading = [
         f"{content.path.name}, {size}, {counted(len(times), 'frame')}, {clock}",
@@ -47,16 +48,18 @@ def read(content: Content, options: Options) -> Evidence:
         f"BlazePose {model}{', from the cache' if cached else _speed(detected)}: "
         f"{_whom(detected, asked.choice)}",
         *_notes(detected, info, seen, times, whole=options.span.is_all),
+        *carried.notes,
     ]
     return Evidence(
         times_s=times,
         keypoint_names=NAMES,
-        keypoints_px=detected.points_px,
+        keypoints_px=carried.in_one_lens(detected.points_px),
         scores=np.where(seen[:, None], detected.scores, 0.0).clip(0.0, 1.0),
         joint_names=NAMES,
         joints_m=detected.world_m,
         joints_frame="camera_root_relative",
-        camera=camera,
+        camera=carried.camera,
+        ground_known=carried.camera.path is None or camera.path is not None,
         part=_part(detected, info, options.span),
         sha256=content.sha256,
         reading="; ".join(reading),
@@ -100,7 +103,7 @@ def _choice(content: Content, options: Options) -> Choice:
         return Choice(at_px=options.person_at)
     if not (options.person.isdecimal() and 1 <= int(options.person) <= detection.PEOPLE_MAX):
         raise content.fail(
-            "--person", repr(options.person), "1 (the one seen best), 2, …; or --person-at X,Y"
+            "--person", repr(options.person), "1 (the one seen best), 2, …; or --person-at X,Y; all for `run`"
         )
     return Choice(number=int(options.person))
 
