@@ -152,9 +152,10 @@ def test_a_camera_that_pans_has_a_path_in_a_world_without_a_floor(tmp_path: Path
     np.testing.assert_allclose(ahead @ ahead[0], turns[:, 2, 2], atol=2e-3)
     assert "; the camera turns by up to " in found.reading
     evidence.write(tmp_path / "kept.npz", found)
-    kept = evidence.read(tmp_path / "kept.npz")
-    assert kept.camera is not None
-    np.testing.assert_allclose(kept.camera.path, found.camera.path)
+    kept = evidence.read(tmp_path / "kept.npz").camera
+    assert kept is not None
+    assert kept.path is not None
+    np.testing.assert_allclose(kept.path, found.camera.path)
     unknown = inputs.observe(Job(str(panning), "", Reading(unknown_camera=True)))
     assert unknown.camera is not None
     assert unknown.camera.path is not None

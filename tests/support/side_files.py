@@ -122,7 +122,7 @@ def _landmarks(folder: Path) -> Path:
         Detection(
             np.arange(12) / 30, np.arange(12), zeros((12, COUNT, 2)), zeros((12, COUNT)),
             zeros((12, COUNT, 3)), zeros(12, bool), zeros(12), zeros((3, 6)), np.arange(3), 0, 0, 0,
-            (640, 480),
+            np.tile(np.eye(3), (12, 1, 1)), np.ones(12), (640, 480),
         ),
     )  # fmt: skip
     return folder / "kept.npz"
