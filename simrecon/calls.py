@@ -8,19 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from simrecon import evidence as readers
-from simrecon import kinematics, plan, results, running
+from simrecon import results, running, suggesting
 from simrecon.errors import InputError
-from simrecon.evidence import resample
 from simrecon.io.messages import hint
-from simrecon.job import Job, Person, inputs, request
+from simrecon.job import Job, Person, request
 from simrecon.observer import SILENT, Observer
 from simrecon.results import Result, recall
-from simrecon.scene import suggest as suggesting
 from simrecon.scene.suggest import Suggestion
-from simrecon.types import Evidence, KinematicFit, Scene
+from simrecon.types import Evidence, Scene
 
-QUICK = "quick"
-"""Plan of the fit in which supports are looked for."""
 OWN = ("output", "detected", "start", "retarget", "sha256")
 """Fields of a job that follow from the result."""
 FILES = {"reading": ("keypoints", "camera"), "person": ("body_model",)}
@@ -112,22 +108,7 @@ def suggest(
         InputError: the evidence can't be read or fitted.
     """
     seen = evidence if isinstance(evidence, Evidence) else readers.read(evidence)
-    scene = Scene() if scene is None else scene
-    fit = unsupported(seen, scene, person or Person())
-    return suggesting.suggest(fit.body, scene, fit.times_s, fit.qpos)
-
-
-def has_size(seen: Evidence) -> bool:
-    """Whether evidence tells a tall person far away from a short one nearby."""
-    return seen.height_m is not None or seen.joints_frame == "world"
-
-
-def unsupported(seen: Evidence, scene: Scene, person: Person) -> KinematicFit:
-    """The fit in which supports are looked for: where sizes are known, they alone say how high feet are."""
-    shape, weights, clip = inputs.shape_of(person), plan.read(QUICK).kinematics, resample(seen)[0]
-    if has_size(seen):
-        return kinematics.fit_to_stature(clip, scene, kinematics.floating(weights), shape)
-    return kinematics.fit(clip, scene, weights, shape)
+    return suggesting.suggestions(seen, scene or Scene(), person or Person())[1]
 
 
 def _changed(job: Job, changes: dict[str, Any], who: str) -> Job:

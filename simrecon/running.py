@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import body as bodies
-from simrecon import engines, kinematics, planners, results, softfloor, viewer
+from simrecon import engines, kinematics, planners, results, softfloor, suggesting, viewer
 from simrecon import evidence as readers
 from simrecon import job as jobs
 from simrecon.body import ShapeRequest, known, mass
@@ -65,7 +65,8 @@ def run(
     check(job)
     with unwarned(), blas.one_thread(), tempfile.TemporaryDirectory(prefix="simrecon-") as scratch:
         sources = _sources(job, observer, Path(scratch))
-        job = replace(sources.job, sha256=request.hashes(sources.job))
+        job = suggesting.completed(sources.job, sources.evidence, observer)
+        job = replace(job, sha256=request.hashes(job))
         setup = Setup(
             planner=job.planner,
             engine=job.engine,
@@ -154,6 +155,8 @@ def _check_files(job: Job) -> None:
 def _check_retargeting(job: Job) -> None:
     if Path(job.input).resolve() == Path(job.output).resolve():
         raise InputError(f"{job.output}: is the result that is retargeted; valid: another folder")
+    if job.suggest:
+        raise InputError(f"{job.input}: found suggest for a result that is retargeted; valid: false")
     if job.contacts:
         raise InputError(
             f"{job.input}: found contacts for a result that is retargeted; "

@@ -21,6 +21,8 @@ _DASHED = re.compile(r"-([xyz]$|\.?\d)")
 """Values that begin with a dash: axes and numbers."""
 _DEFAULT = re.compile(r" \[[^]]*\]$")
 """The end of a line of help, which says what holds without the option."""
+SUGGEST = "suggest"
+"""As `--scene`: the scene as it is, and the supports that are missing in it."""
 _FILES = {option.name for option in options() if option.section == "reading" and option.rules.get("file")}
 """Options of the reading that name files, which may hold something else by now."""
 TITLES = {
@@ -69,7 +71,7 @@ def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
     plans = f"{', '.join(plan.names())}, or a path [default]"
     chosen = run.add_argument("--plan", metavar="PLAN", help=text("plan", plans))
     chosen.words = plan.names()  # for completion
-    room = "floor and items (scene.toml) [a floor at z = 0]"
+    room = "floor and items (scene.toml), or suggest: with supports that the motion needs [a floor at z = 0]"
     run.add_argument("--scene", metavar="FILE", help=text("scene", room))
     asked = "which parts touch when (contacts.toml, see docs/contacts.md) [as found]"
     run.add_argument("--contacts", metavar="FILE", help=text("contacts", asked))
@@ -118,7 +120,9 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     changes: dict[str, Any] = {}
     if parsed.plan is not None:
         changes["plan"] = plan.read(parsed.plan)
-    if parsed.scene is not None:
+    if parsed.scene == SUGGEST:
+        changes["suggest"] = True
+    elif parsed.scene is not None:
         changes["scene"] = scene.read(parsed.scene)
     if parsed.contacts is not None:
         changes["contacts"] = wishes.read(parsed.contacts)
@@ -133,7 +137,7 @@ def apply(parsed: argparse.Namespace, job: Job) -> Job:
     if again.start is not None and again.reading.from_s != job.reading.from_s:
         print("another --from than before: begins with the kinematic fit", file=sys.stderr)
         again = replace(again, start=None)
-    meshes = () if parsed.scene is None else request.meshes_of(again)
+    meshes = () if parsed.scene in (None, SUGGEST) else request.meshes_of(again)
     return request.taken_anew(again, (*values, *meshes))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from simrecon import calls, kinematics, plan
+from simrecon import kinematics, plan, suggesting
 from simrecon import scene as scenes
 from simrecon.cli import observing
 from simrecon.drawing import stage, video
@@ -13,7 +13,7 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.io.messages import counted
 from simrecon.job import Job, inputs
-from simrecon.scene import check, edit, files, meshes, sheets, suggest
+from simrecon.scene import check, edit, files, meshes, sheets
 from simrecon.sim.address import with_items_at_rest
 from simrecon.sim.models import compile_text
 from simrecon.types import Evidence, KinematicFit, Scene
@@ -74,13 +74,9 @@ def propose(options: argparse.Namespace) -> int:
     scene = scenes.read(options.scene) if options.scene else Scene()
     asked = observing.job(options, options.evidence)
     seen = observing.observe(asked)
-    if not calls.has_size(seen):
-        print(
-            "# the person's height is not given, and one camera cannot tell small and near from tall and far:"
-        )
-        print("# only seats can be found, not beams and steps under the feet; --height-m helps")
-    fit = calls.unsupported(seen, scene, asked.person)
-    suggestions = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
+    if not suggesting.has_size(seen):
+        print(f"# {suggesting.UNSURE}; --height-m helps")
+    fit, suggestions = suggesting.suggestions(seen, scene, asked.person)
     for entry in suggestions:
         spans = ", ".join(f"{a}-{b}" for a, b in entry.spans)
         seconds = ", ".join(f"{fit.times_s[a]:.2f}-{fit.times_s[b]:.2f}" for a, b in entry.spans)

@@ -43,6 +43,7 @@ class Job:
         no_report: no `report.html` is made of the result.
         detected: evidence file with the landmarks of a video, which is read instead of detecting them again.
         start: a motion (`motion.npz`) from which the optimisation begins, perhaps of another scene.
+        suggest: whether the scene is completed by the supports that the motion needs, before it is simulated.
         retarget: whether the kinematic motion of the result `input` is put on `person`, instead of a fit.
         sha256: of files by absolute path; one that the job reads must have its hash, others are passed over.
     """
@@ -71,6 +72,7 @@ class Job:
     no_report: bool = option(False, text="make no report.html of the result")
     detected: str | None = None
     start: str | None = None
+    suggest: bool = False
     retarget: bool = False
     sha256: Mapping[str, str] = field(default_factory=dict)
 

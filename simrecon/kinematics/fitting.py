@@ -11,7 +11,7 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.contact import wishes
-from simrecon.kinematics import bones, floor, lens, person, search, terms, wishing, world
+from simrecon.kinematics import bones, falling, floor, lens, person, search, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -38,6 +38,8 @@ def fit(
 ) -> KinematicFit:
     """Fit shape scale, root and joint angles of all frames to the evidence, and a lens that nobody knows.
 
+    Who falls before a camera that nobody has placed is fitted again, as tall as the fall says.
+
     Args:
         evidence: on a uniform time grid.
         scene: what the person may touch, in the world of the camera's extrinsics where those are given.
@@ -50,7 +52,10 @@ def fit(
     """
     brief = replace(plan, evaluations=min(plan.evaluations, LENS_EVALUATIONS))
     evidence = lens.estimated(evidence, lambda tried: _fitted(tried, scene, brief, request, ()))
-    return _fitted(evidence, scene, plan, request, asked)
+    fitted = _fitted(evidence, scene, plan, request, asked)
+    if (height_m := falling.stature_m(evidence, fitted)) is None:
+        return fitted
+    return _fitted(replace(evidence, height_m=height_m), scene, plan, request, asked)
 
 
 def _fitted(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from simrecon import kinematics, plan
+from simrecon import kinematics, plan, suggesting
 from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.job import Job, inputs
@@ -85,12 +85,6 @@ class Needed:
     warning: str = ""
 
 
-NOT_METRIC = (
-    "the person's height is not given, and one camera cannot tell small and near from tall and far: "
-    "only seats can be found, not beams and steps under the feet"
-)
-
-
 def needed(base: Result | Job, clip: Clip | None, scene: Scene) -> Needed:
     """Supports that a motion needs and the scene has not, as `simrecon scene suggest`.
 
@@ -110,13 +104,5 @@ def needed(base: Result | Job, clip: Clip | None, scene: Scene) -> Needed:
         found = suggest.suggest(clip.body, scene, clip.times_s, clip.asked_qpos)
         return Needed(found)
     job = base.job if isinstance(base, Result) else base
-    metric = seen.height_m is not None or seen.joints_frame == "world"
-    fit = _floating(job, seen, scene) if metric else fitted(job, seen, scene)
-    found = suggest.suggest(fit.body, scene, fit.times_s, fit.qpos)
-    return Needed(found, "" if metric else NOT_METRIC)
-
-
-def _floating(job: Job, seen: Evidence, scene: Scene) -> KinematicFit:
-    """Kinematic fit in which nothing but their size in the image says how far off the feet are."""
-    weights = kinematics.floating(plan.read(FIT_PLAN).kinematics)
-    return kinematics.fit_to_stature(resample(seen)[0], scene, weights, inputs.shape_of(job.person))
+    _, found = suggesting.suggestions(seen, scene, job.person)
+    return Needed(found, "" if suggesting.has_size(seen) else suggesting.UNSURE)

@@ -164,7 +164,7 @@ def test_suggest_accepts_into_a_file(clip: Path, tmp_path: Path, capsys: pytest.
     found = scenes.read(target)
     assert len(found.items) == out.count("[[item]]")
     assert cli.main(["scene", "suggest", str(clip)]) == 0
-    assert "only seats can be found" in capsys.readouterr().out
+    assert "only what is higher than 0.25 m can be found; --height-m helps" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

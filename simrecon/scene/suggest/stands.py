@@ -10,24 +10,45 @@ from simrecon.contact import rules
 from simrecon.scene import geometry, schema
 from simrecon.scene.suggest.motion import Motion, spans, speed_mps
 from simrecon.scene.suggest.suggestion import Suggestion
-from simrecon.types import Scene
+from simrecon.types import Array, Scene
 
 # What counts as a foot that stands on something over the floor.
 FOOT_LEAST_S, FOOT_LEAST_M, FOOT_TOTAL_S = 0.12, 0.04, 0.3
 SAME_HEIGHT_M = 0.06
 BEAM_ASPECT, BEAM_WIDTH_MAX_M, MARGIN_M = 4.0, 0.25, 0.1
+BEAM_COSINE = 0.7
 
 _Stance = tuple[float, int, int, int]
 """A foot that stands still: height over what is known to be under it (m), side, first and last frame."""
 
 
-def under_feet(motion: Motion, scene: Scene) -> list[Suggestion]:
+def under_feet(motion: Motion, scene: Scene, least_m: float = FOOT_LEAST_M) -> list[Suggestion]:
     """Beams and steps: where feet stand still over what is known to be under them, by height.
 
     Args:
         motion: of the person.
         scene: floor and items that are known already.
+        least_m: height from which a foot needs a support.
     """
+    stances = _bearing(_stances(motion, scene), motion)
+    suggestions = []
+    while stances:
+        height = max(stances)[0]
+        group = [stance for stance in stances if height - stance[0] < SAME_HEIGHT_M]
+        stances = [stance for stance in stances if stance not in group]
+        seconds = sum(float(motion.times_s[b] - motion.times_s[a]) for _, _, a, b in group)
+        if np.median([stance[0] for stance in group]) > least_m and seconds >= FOOT_TOTAL_S:
+            suggestions.append(_stand(motion, scene, group, seconds))
+    return suggestions
+
+
+def stance_heights(motion: Motion) -> list[float]:
+    """Heights (m) at which feet that bear weight stand, one for each time that one stands long enough."""
+    return [stance[0] for stance in _bearing(_stances(motion, Scene()), motion)]
+
+
+def _stances(motion: Motion, scene: Scene) -> list[_Stance]:
+    """Feet that stand still, over what is known to be under them."""
     stances: list[_Stance] = []
     for side in range(2):
         middle = motion.soles_m[side].mean(axis=1)  # (T, 3)
@@ -37,16 +58,7 @@ def under_feet(motion: Motion, scene: Scene) -> list[Suggestion]:
         stood = rules.stands(speed_mps(middle, motion.times_s), tilt)
         for first, last in spans(stood, motion.times_s, FOOT_LEAST_S):
             stances.append((float(np.median(over[first : last + 1])), side, first, last))
-    stances = _bearing(stances, motion)
-    suggestions = []
-    while stances:
-        height = max(stances)[0]
-        group = [stance for stance in stances if height - stance[0] < SAME_HEIGHT_M]
-        stances = [stance for stance in stances if stance not in group]
-        seconds = sum(float(motion.times_s[b] - motion.times_s[a]) for _, _, a, b in group)
-        if np.median([stance[0] for stance in group]) > FOOT_LEAST_M and seconds >= FOOT_TOTAL_S:
-            suggestions.append(_stand(motion, scene, group, seconds))
-    return suggestions
+    return stances
 
 
 def _bearing(stances: list[_Stance], motion: Motion) -> list[_Stance]:
@@ -59,6 +71,13 @@ def _bearing(stances: list[_Stance], motion: Motion) -> list[_Stance]:
         if np.median(own - lowest[first : last + 1]) < SAME_HEIGHT_M / 2:
             kept.append(stance)
     return kept
+
+
+def _lengthwise(prints: Array, along: Array) -> float:
+    """How much feet (N, 4, 2) point along a direction, 0 to 1: who stands on a beam has them in a row."""
+    ahead = prints[:, 2:].mean(axis=1) - prints[:, :2].mean(axis=1)  # (N, 2) from the heels to the toes
+    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
+    return float(np.abs(ahead @ along).mean())
 
 
 def _stand(motion: Motion, scene: Scene, group: list[_Stance], seconds: float) -> Suggestion:
@@ -77,6 +96,7 @@ def _stand(motion: Motion, scene: Scene, group: list[_Stance], seconds: float) -
     length = float(np.ptp(reach)) + 2 * MARGIN_M
     drift = float(np.ptp(wide))
     beam = length / max(drift, 0.05) > BEAM_ASPECT and drift < BEAM_WIDTH_MAX_M
+    beam = beam and _lengthwise(prints.reshape(-1, 4, 3)[..., :2], along) > BEAM_COSINE
     width = max(drift, 0.1) if beam else float(np.ptp((prints[:, :2] - centre) @ across)) + 2 * MARGIN_M
     place = centre + along * (reach.max() + reach.min()) / 2 + across * (wide.max() + wide.min()) / 2
     table: dict[str, Any] = {
