@@ -21,6 +21,7 @@ from simrecon.errors import InputError
 NAME_MAX_BYTES = 255
 """Longest name of a file that usual file systems have."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
+_PARTIAL = re.compile(r"\.(.+)\.\d+\.\d+\.partial(\..{1,19})?")
 
 
 def fitted(name: str, ending: str = "", longest: int = NAME_MAX_BYTES) -> str:
@@ -71,6 +72,12 @@ def beside(target: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             partial.unlink(missing_ok=True)
+
+
+def partial_of(name: str) -> str | None:
+    """The file that a process was writing (`beside`) under a name, which stays if it is killed; or None."""
+    found = _PARTIAL.fullmatch(name)
+    return None if found is None else found[1]
 
 
 def write_bytes(target: Path | str, content: bytes, *, durable: bool = False) -> None:

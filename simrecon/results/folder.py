@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from collections.abc import Collection
 from pathlib import Path
 
 from simrecon.errors import InputError
+from simrecon.io import atomic
 from simrecon.io.atomic import cannot_write
 from simrecon.io.reading import read_text
 
@@ -99,10 +101,16 @@ def _inside(folder: Path) -> tuple[list[str], list[str]]:
     foreign = []
     for path in entries:
         if path.name == EXPORT and path.is_dir() and not path.is_symlink():
-            foreign += [f"{EXPORT}/{name}" for name in sorted(os.listdir(path)) if name not in EXPORTED]
-        elif path.name not in FILES or path.is_dir():
+            names = sorted(os.listdir(path))
+            foreign += [f"{EXPORT}/{name}" for name in names if not _is_ours(name, EXPORTED)]
+        elif not _is_ours(path.name, FILES) or path.is_dir():
             foreign.append(f"{path.name}/" if path.is_dir() else path.name)
     return [path.name for path in entries], foreign
+
+
+def _is_ours(name: str, ours: Collection[str]) -> bool:
+    """Whether a file is one of ours, or what a killed process left of one."""
+    return name in ours or atomic.partial_of(name) in ours
 
 
 def holds_result(path: Path) -> bool:

@@ -143,6 +143,7 @@ def _put_in_place(place: Place) -> None:
     partial, target = place.partial, place.target
     atomic.flush_all(partial)
     (partial / MARK).unlink()
+    atomic.flush(partial)  # or a power cut leaves a result with our mark in it
     if not target.exists():
         partial.rename(target)
     else:

@@ -79,6 +79,27 @@ def test_a_file_that_comes_while_a_result_is_written_is_kept(tmp_path: Path) -> 
     assert names(out) == [folders.MOTION]
 
 
+def test_what_a_killed_process_was_writing_into_a_result_goes_with_it(tmp_path: Path) -> None:
+    """A picture, a page or an export, not a file that only looks like it."""
+    out = made(tmp_path / "out")
+    (out / folders.EXPORT).mkdir()
+    for name in ("overlay.mp4", "report.html", "motion.bvh", "export/motion.glb"):
+        with atomic.beside(out / name) as partial:
+            partial.touch()
+            left = partial.name
+        (out / name).rename((out / name).with_name(left))
+    folders.check_writable(out)
+    with placing.replacing(out) as place:
+        (place.partial / folders.MOTION).touch()
+    assert names(out) == [folders.MOTION]
+    assert names(tmp_path) == ["out"]
+    for name in (".thesis.tex.7.7.partial.tex", ".motion.npz.partial", "motion.npz.7.7.partial.npz"):
+        (out / name).touch()
+        with pytest.raises(InputError, match="found a folder that holds"):
+            folders.check_writable(out)
+        (out / name).unlink()
+
+
 def test_where_the_earlier_result_is_stands_in_the_report(run: Any, tmp_path: Path) -> None:
     out = tmp_path / "out"
     results.write(job_of(out), run)
@@ -122,7 +143,9 @@ def test_a_result_is_on_the_disk_before_it_is_in_its_place(
     really_sync, really_rename = os.fsync, Path.rename
 
     def sync(descriptor: int) -> None:
-        calls.append("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file")
+        folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        marked = folder and placing.MARK in os.listdir(f"/proc/self/fd/{descriptor}")
+        calls.append("marked folder" if marked else "folder" if folder else "file")
         really_sync(descriptor)
 
     def rename(source: Path, target: Path) -> Path:
@@ -133,7 +156,7 @@ def test_a_result_is_on_the_disk_before_it_is_in_its_place(
     monkeypatch.setattr(Path, "rename", rename)
     with placing.replacing(tmp_path / "out") as place:
         (place.partial / folders.MOTION).touch()
-    assert calls == ["file", "file", "folder", "rename", "folder"]
+    assert calls == ["file", "file", "marked folder", "folder", "rename", "folder"]
 
 
 @pytest.mark.parametrize("name", ["ü" * 127, "動" * 85, "a" * 255, os.fsdecode(b"caf\xe9")])
