@@ -11,6 +11,7 @@ What is listed in `__all__` is public (docs/api.md); each is imported when it is
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -105,8 +106,16 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'simrecon' has no attribute {name!r}")
     module, _, inside = _PLACES[name].partition(":")
     value = getattr(importlib.import_module(f"simrecon.{module}"), inside or name)
+    if (results := sys.modules.get("simrecon.results.view")) is not None:
+        results.Result.to_html = staticmethod(_html)
     globals()[name] = value
     return value
+
+
+def _html(result: Result) -> str:
+    """What a notebook shows of a result."""
+    shown: str = importlib.import_module("simrecon.viewer.notebook").frame(result)
+    return shown
 
 
 def __dir__() -> list[str]:

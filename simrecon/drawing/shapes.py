@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from simrecon.types import Array, IntArray
 
-_SIDES = 20
-_CAP_RINGS = 5
 _GEOM = mujoco.mjtGeom
+
+
+class Roundness(NamedTuple):
+    """Of how many flat pieces what is round is made: around its axis, and from the pole to the equator."""
+
+    sides: int = 20
+    rings: int = 5
+
+
+FINE = Roundness()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +53,16 @@ def triangles(faces: IntArray) -> IntArray:
     return np.asarray(both[(np.diff(np.sort(both, axis=1), axis=1) > 0).all(axis=1)])
 
 
-def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surface:
+def surface(
+    model: mujoco.MjModel, geoms: Sequence[int], cell_m: float, roundness: Roundness = FINE
+) -> Surface:
     """Quads of some geoms: all but planes. Triangles of a mesh are quads with their last corner twice.
 
     Args:
         model: the compiled model.
         geoms: ids of the geoms.
         cell_m: largest edge of a box's quads; small ones sort better by depth.
+        roundness: of what is round.
     """
     vertices: list[Array] = [np.zeros((0, 3))]
     faces: list[IntArray] = [np.zeros((0, 4), np.int64)]
@@ -62,7 +74,7 @@ def surface(model: mujoco.MjModel, geoms: Sequence[int], cell_m: float) -> Surfa
         elif kind == _GEOM.mjGEOM_HFIELD:
             points, quads = _field(model, data)
         else:
-            points, quads = _local(kind, np.array(model.geom_size[geom]), cell_m)
+            points, quads = _local(kind, np.array(model.geom_size[geom]), cell_m, roundness)
         vertices.append(points)
         faces.append(quads + count)
         vertex_geom += [geom] * len(points)
@@ -118,27 +130,24 @@ def _field(model: mujoco.MjModel, field: int) -> tuple[Array, IntArray]:
     return points, np.stack(corners, axis=-1).reshape(-1, 4).astype(np.int64)
 
 
-def _local(kind: int, size: Array, cell_m: float) -> tuple[Array, IntArray]:
+def _local(kind: int, size: Array, cell_m: float, roundness: Roundness) -> tuple[Array, IntArray]:
+    sides, rings = roundness
     if kind == _GEOM.mjGEOM_BOX:
         return _box(size, cell_m)
     if kind == _GEOM.mjGEOM_SPHERE:
-        return _revolve(size[0] * _arc(-1.0, 1.0, 2 * _CAP_RINGS))
+        return _revolve(size[0] * _arc(-1.0, 1.0, 2 * rings), sides)
     if kind == _GEOM.mjGEOM_ELLIPSOID:
-        points, quads = _revolve(_arc(-1.0, 1.0, 2 * _CAP_RINGS))
+        points, quads = _revolve(_arc(-1.0, 1.0, 2 * rings), sides)
         return points * size, quads
     if kind == _GEOM.mjGEOM_CAPSULE:
         radius, half = size[0], np.array([0.0, size[1]])
         bands = max(1, int(np.ceil(2 * size[1] / cell_m)))
         middle = np.stack((np.full(bands + 1, radius), np.linspace(-size[1], size[1], bands + 1)), -1)[1:-1]
-        rings = (
-            radius * _arc(-1.0, 0.0, _CAP_RINGS) - half,
-            middle,
-            radius * _arc(0.0, 1.0, _CAP_RINGS) + half,
-        )
-        return _revolve(np.concatenate(rings))
+        below, above = radius * _arc(-1.0, 0.0, rings) - half, radius * _arc(0.0, 1.0, rings) + half
+        return _revolve(np.concatenate((below, middle, above)), sides)
     if kind == _GEOM.mjGEOM_CYLINDER:
         radius, half_length = size[0], size[1]
-        return _revolve(np.array([[0, -1], [1, -1], [1, 0], [1, 1], [0, 1]]) * [radius, half_length])
+        return _revolve(np.array([[0, -1], [1, -1], [1, 0], [1, 1], [0, 1]]) * [radius, half_length], sides)
     return np.zeros((0, 3)), np.zeros((0, 4), np.int64)
 
 
@@ -148,16 +157,16 @@ def _arc(start: float, stop: float, steps: int) -> Array:
     return np.stack((np.cos(latitude), np.sin(latitude)), axis=-1)  # (steps + 1, 2)
 
 
-def _revolve(profile: Array) -> tuple[Array, IntArray]:
+def _revolve(profile: Array, sides: int) -> tuple[Array, IntArray]:
     """Turn (P, 2) points (r, z), z increasing, around the z axis."""
-    angle = np.arange(_SIDES) * 2 * np.pi / _SIDES
+    angle = np.arange(sides) * 2 * np.pi / sides
     around = np.stack((np.cos(angle), np.sin(angle)), axis=-1)  # (S, 2)
-    rings = np.empty((len(profile), _SIDES, 3))
+    rings = np.empty((len(profile), sides, 3))
     rings[..., :2] = profile[:, None, :1] * around
     rings[..., 2] = profile[:, 1:]
-    low, here = np.arange(len(profile) - 1)[:, None] * _SIDES, np.arange(_SIDES)
-    after = (here + 1) % _SIDES
-    quads = np.stack((low + here, low + after, low + _SIDES + after, low + _SIDES + here), axis=-1)
+    low, here = np.arange(len(profile) - 1)[:, None] * sides, np.arange(sides)
+    after = (here + 1) % sides
+    quads = np.stack((low + here, low + after, low + sides + after, low + sides + here), axis=-1)
     return rings.reshape(-1, 3), quads.reshape(-1, 4).astype(np.int64)
 
 

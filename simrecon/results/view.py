@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -35,7 +35,10 @@ class Result:
 
     Attributes:
         folder: where it is.
+        to_html: makes what notebooks show; `import simrecon` gives it, for pages are made of results.
     """
+
+    to_html: ClassVar[Callable[[Result], str] | None] = None
 
     def __init__(self, folder: Path | str) -> None:
         """Open a result.
@@ -58,10 +61,10 @@ class Result:
         """`Result('out/clip')`."""
         return f"Result({str(self.folder)!r})"
 
-    def _repr_html_(self) -> str:
-        """The page of the result in a frame, as notebooks ask for it."""
-        page: str = importlib.import_module("simrecon.viewer.notebook").frame(self)  # of a floor above
-        return page
+    def _repr_html_(self) -> str | None:
+        """What notebooks show, as they ask for it; None: they show `repr`."""
+        make = type(self).to_html
+        return None if make is None else make(self)
 
     @cached_property
     def motion(self) -> Motion:

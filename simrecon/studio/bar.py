@@ -112,10 +112,13 @@ class Bar:
             part, brush = str(said["part"]), str(said["brush"])
             wishes = strip.painted(tab.document.edits.wishes, part, brush, span)
             tab.document.wish(wishes, f"{part} {brush} {span[0]:g}-{span[1]:g} s")
+        elif what == "mode":
+            part, mode = str(said["part"]), str(said["mode"])
+            tab.document.wish(strip.with_mode(tab.document.edits.wishes, part, mode), f"{part}: {mode}")
         elif what in ("undo", "redo"):
             getattr(tab.document, what)()
         else:
-            raise InputError(f"do: found {what!r}; valid: seek, play, speed, loop, paint, undo, redo")
+            raise InputError(f"do: found {what!r}; valid: seek, play, speed, loop, paint, mode, undo, redo")
         self.on_time()
 
     def _on_frames(self, low: float, high: float) -> Interval:

@@ -168,6 +168,17 @@ class Document:
         """
         self._edit(f"remove {name}", lambda edited: edited.remove(name))
 
+    def rename(self, name: str, wanted: str) -> None:
+        """Give an item another name.
+
+        Raises:
+            InputError: there is no such item, or the name is empty or another's.
+        """
+        taken = {item.name for item in self.scene.items} | {GROUND}
+        if not wanted.strip() or wanted in taken - {name}:
+            raise InputError(f"name: found {wanted!r}; valid: a name that no other item has")
+        self._edit(f"{name}: name", lambda edited: edited.set(name, "name", wanted))
+
     def set(self, name: str, values: Mapping[str, Any], *, merge: str = "") -> None:
         """Change keys of an item or of the floor (`ground`); None: its default.
 
@@ -220,14 +231,3 @@ class Document:
 def kinds_to_add() -> tuple[str, ...]:
     """What can be added, by word."""
     return (*NAMES, *kinds.table())
-
-
-def checked_name(name: str, taken: tuple[str, ...]) -> str:
-    """A new name of an item.
-
-    Raises:
-        InputError: it is empty, or taken.
-    """
-    if not name.strip() or name in taken or name == GROUND:
-        raise InputError(f"name: found {name!r}; valid: a name that no other item has")
-    return name

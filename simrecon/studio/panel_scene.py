@@ -81,7 +81,13 @@ class ScenePanel(Panel):
                 self.gui.add_markdown("Click an item in the view, or choose it above.")
                 return
             self._fields = ItemFields(self.gui, self.tab.document.item(name), self.changing, self._change)
+            called = self.gui.add_text("name", name)
+            self.button("Rename", lambda _: self._rename(name, called.value.strip()))
             self.button("Remove", lambda _: self.tab.document.remove(name), color="red")
+
+    def _rename(self, name: str, wanted: str) -> None:
+        self.tab.document.rename(name, wanted)
+        self.stage.choose(wanted)
 
     def _container(self, label: str) -> Any:
         """A folder in the place of the one before, in the panel's own tab."""

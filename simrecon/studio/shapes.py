@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simrecon import scene as scenes
-from simrecon.body import shape
-from simrecon.drawing.shapes import surface, triangles
+from simrecon.body import clothed
+from simrecon.drawing.shapes import Roundness, surface, triangles
 from simrecon.geometry import rotations
 from simrecon.scene.mjcf import ITEM_PREFIX
 from simrecon.sim.models import compile_text
@@ -18,6 +18,8 @@ from simrecon.types import Array, Body, IntArray, Scene, SceneItem
 INFLUENCES = 4
 """Segments that move a vertex at most: what browsers draw."""
 _CELL_M = 10.0
+_ROUND = Roundness(sides=12, rings=3)
+"""Of a person that moves: a browser without a graphics card draws each triangle anew in each frame."""
 _EMPTY = '<mujoco><worldbody><body name="pelvis"><geom size="0.01"/></body></worldbody></mujoco>'
 
 
@@ -46,19 +48,13 @@ class Rigged:
 
 
 def skin(body: Body) -> Rigged:
-    """The skin of a body in the relaxed stance; see `body.skin`.
-
-    A body of no shape of simrecon's own has that of the average, as tall as it is; its segments are as long
-    as those of the body all the same, for they are where the body has them.
-    """
-    space = shape.space()
-    known = body.shape_space == space.name and len(body.betas) == space.size
-    betas = body.betas if known else np.zeros(space.size)
-    scale = body.height_m / shape.stature_m(betas, space)
-    origins, axes = space.frames(betas)
-    mesh = Mesh(scale * space.vertices_m(betas), space.faces)
-    turns = rotations.from_matrix(axes)
-    return Rigged(mesh, _strongest(space.weights), scale * origins, turns)
+    """The skin of a body in the relaxed stance, as everywhere; see `body.clothed`."""
+    found = clothed.skin(body)
+    rows, strong = found.strongest(INFLUENCES)
+    weights = np.zeros_like(found.weights)
+    np.put_along_axis(weights, rows, strong, axis=1)
+    mesh = Mesh(found.vertices_m, found.faces)
+    return Rigged(mesh, weights, found.origins_m, rotations.from_matrix(found.axes))
 
 
 def primitives(body: Body) -> Rigged:
@@ -66,7 +62,7 @@ def primitives(body: Body) -> Rigged:
     model = compile_text(body.mjcf)
     data = at_rest(model)
     geoms = [model.geom(part.name).id for part in body.primitives]
-    quads = surface(model, geoms, _CELL_M)
+    quads = surface(model, geoms, _CELL_M, _ROUND)
     names = body.skeleton.names
     segment = {geom: names.index(part.segment) for geom, part in zip(geoms, body.primitives, strict=True)}
     rows = np.array([segment[int(geom)] for geom in quads.vertex_geom])
@@ -87,11 +83,3 @@ def item_mesh(item: SceneItem, folder: str) -> Mesh:
     seen = [row for row, name in enumerate(names) if name.startswith(ITEM_PREFIX) and model.geom_rgba[row, 3]]
     quads, data = surface(model, seen, _CELL_M), at_rest(model)
     return Mesh(quads.place(data.geom_xpos, data.geom_xmat), triangles(quads.faces))
-
-
-def _strongest(weights: Array) -> Array:
-    """Weights (V, S) of the strongest segments alone, rows sum to 1."""
-    kept = np.argsort(weights, axis=1)[:, -INFLUENCES:]
-    strong = np.zeros_like(weights)
-    np.put_along_axis(strong, kept, np.take_along_axis(weights, kept, axis=1), axis=1)
-    return np.asarray(strong / strong.sum(axis=1, keepdims=True))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from simrecon.contact import parts
-from simrecon.contact.wishes import KINDS
+from simrecon.contact.wishes import KINDS, MODES
 from simrecon.errors import InputError
 from simrecon.types import ContactWish, Interval
 
@@ -29,10 +29,8 @@ def painted(wishes: Sequence[ContactWish], part: str, brush: str, span: Interval
     Raises:
         InputError: there is no such part or brush, or the interval is empty.
     """
-    if part not in parts.names():
-        raise InputError(f"part: found {part!r}; valid: {', '.join(parts.names())}")
-    if brush not in BRUSHES:
-        raise InputError(f"brush: found {brush!r}; valid: {', '.join(BRUSHES)}")
+    _check("part", part, parts.names())
+    _check("brush", brush, BRUSHES)
     low, high = (round(float(value), _DIGITS) for value in sorted(span))
     if not low < high:
         raise InputError(f"interval: found [{low:g}, {high:g}]; valid: [from, to], the first one less")
@@ -46,10 +44,21 @@ def painted(wishes: Sequence[ContactWish], part: str, brush: str, span: Interval
 
 
 def with_mode(wishes: Sequence[ContactWish], part: str, mode: str) -> tuple[ContactWish, ...]:
-    """Wishes with another mode of a part: `auto`, `always`, `never` or `grounded`."""
+    """Wishes with another mode of a part, which holds where nothing is painted.
+
+    Raises:
+        InputError: there is no such part or mode.
+    """
+    _check("part", part, parts.names())
+    _check("mode", mode, MODES)
     known = {wish.part: wish for wish in wishes}
     known[part] = replace(known.get(part, ContactWish(part)), mode=mode)
     return _asked(known)
+
+
+def _check(what: str, given: str, valid: Sequence[str]) -> None:
+    if given not in valid:
+        raise InputError(f"{what}: found {given!r}; valid: {', '.join(valid)}")
 
 
 def _asked(known: dict[str, ContactWish]) -> tuple[ContactWish, ...]:

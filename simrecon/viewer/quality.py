@@ -7,35 +7,25 @@ from typing import Any
 import numpy as np
 
 from simrecon import kinematics
-from simrecon.io.messages import counted
 from simrecon.metrics import pose
-from simrecon.results import Result, kinematic, verdict
-from simrecon.types import Array, Flags, Motion
+from simrecon.results import Result, by_second, kinematic
+from simrecon.types import Array, Flags
 
 
 def seconds(result: Result) -> list[dict[str, Any]]:
     """The verdict on each second, the last one perhaps shorter: `by_second` of the report.
 
-    Of a result whose report has none, a second is as bad as the worst of: frames that are not simulated
-    (bad), distance of the simulation from the kinematic fit (`verdict.FIT_M`, in the worst frame
-    `verdict.FIT_MAX_M`), and frames in which the person was out of view (`verdict.UNSEEN_SHARE`).
+    Of a result of an earlier version, whose report has none, it is made by those of the same rules that the
+    folder has all for.
 
     Returns:
         `from_s` and `to_s` from the first frame on, `verdict`, `reason` of each.
     """
     motion = result.motion
-    if (told := result.report.get("by_second")) is not None:
-        return _joined(told, float(motion.times_s[0]), float(motion.times_s[-1]))
-    apart_m, unseen = from_fit_m(result), _unseen(result)
-    after = motion.times_s - motion.times_s[0]
-    rows = np.minimum(np.floor(after).astype(int), max(int(np.ceil(after[-1])) - 1, 0))
-    found = []
-    for row in np.unique(rows):
-        frames = rows == row
-        level, reason = _judged(motion, frames, apart_m, unseen)
-        first, end = float(row), float(min(row + 1, after[-1]))
-        found.append({"from_s": first, "to_s": end, "verdict": level, "reason": reason})
-    return found
+    told = result.report.get("by_second")
+    if told is None:
+        told = by_second.of_motion(motion, from_fit_m(result), _unseen(result))
+    return _joined(told, float(motion.times_s[0]), float(motion.times_s[-1]))
 
 
 def _joined(told: list[dict[str, Any]], first_s: float, last_s: float) -> list[dict[str, Any]]:
@@ -55,27 +45,6 @@ def from_fit_m(result: Result) -> Array | None:
     own = motion.kinematic_qpos[:, : kinematic.coordinates(body)]
     points_m = kinematics.configurations(body, own)[1]
     return np.asarray(pose.distances(motion.joints_m, points_m).mean(axis=1))
-
-
-def _judged(motion: Motion, frames: Flags, apart_m: Array | None, unseen: Flags) -> tuple[str, str]:
-    lost = int(np.count_nonzero(~motion.kept[frames]))
-    if lost:
-        return verdict.BAD, f"{counted(lost, 'frame')} not simulated"
-    reasons = []
-    if apart_m is not None:
-        mean_m, most_m = float(apart_m[frames].mean()), float(apart_m[frames].max())
-        level = max(
-            verdict.graded(mean_m, verdict.FIT_M),
-            verdict.graded(most_m, verdict.FIT_MAX_M),
-            key=verdict.LEVELS.index,
-        )
-        reasons.append((level, f"{1e3 * mean_m:.0f} mm from the kinematic fit, {1e3 * most_m:.0f} at most"))
-    share = float(unseen[frames].mean())
-    if share > verdict.UNSEEN_SHARE[0]:
-        level = verdict.graded(share, verdict.UNSEEN_SHARE)
-        reasons.append((level, f"out of view in {100 * share:.0f} % of the frames"))
-    reasons.sort(key=lambda reason: -verdict.LEVELS.index(reason[0]))
-    return reasons[0] if reasons else (verdict.GOOD, "simulated")
 
 
 def _unseen(result: Result) -> Flags:

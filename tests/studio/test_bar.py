@@ -53,6 +53,17 @@ def test_the_strip_is_painted_on_whole_frames_and_undone(bar: Bar, tab: Tab) -> 
     assert len(tab.document.edits.wishes) == 1
 
 
+def test_a_part_has_a_mode(bar: Bar, session: Session, tab: Tab) -> None:
+    for mode in ("always", "never", "grounded"):
+        assert bar.ask("first", json.dumps({"do": "mode", "part": "left_heel", "mode": mode})) == ""
+        assert [wish.mode for wish in tab.document.edits.wishes] == [mode]
+        assert clip_message(session)["parts"][0]["mode"] == mode
+    assert bar.ask("first", '{"do": "mode", "part": "left_heel", "mode": "auto"}') == ""
+    assert tab.document.edits.wishes == ()
+    assert tab.document.undoes == "left_heel: auto"
+    assert "valid: auto, always" in bar.ask("first", '{"do": "mode", "part": "left_heel", "mode": "up"}')
+
+
 def test_the_cursor_follows(bar: Bar, session: Session) -> None:
     moved: list[float] = []
     bar.on_time = lambda: moved.append(session.player.time_s)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -158,6 +159,63 @@ def test_a_bench_under_the_person(
     finally:
         studio.stop()
 
+
+RUN = re.compile(r"(\d+) of (\d+) windows")
+
+
+def solved(page: Page) -> int:
+    """How many windows the page says are solved."""
+    found = RUN.search(page.state()["run"])
+    return int(found[1]) if found else 0
+
+
+def test_a_kill_loses_nothing(page: Page, demo: Path, tmp_path: Path) -> None:
+    """What is edited and solved in a studio that is killed is there in the next one, with the same bits."""
+    cache = tmp_path / "cache"
+    with browser.served(demo, cache=cache) as studio:
+        page.open(studio.address)
+        page.press("Add at the person")
+        page.until(lambda: "bench" in page.inside(), "the bench")
+        page.fill("place, m", "2", 0)
+        page.until(lambda: "bench" not in page.inside(), "the bench to be gone from there")
+        page.fill("name", "shelf")
+        time.sleep(1.0)
+        page.press("Rename")
+        page.until(lambda: page.says("Item shelf"), "the other name")
+        page.script(MODE, "left_toe", "grounded")
+        page.until(lambda: "left_toe" in page.state()["undo"], "the mode")
+        page.turn_to("Run")
+        page.press("Run")
+        page.until(lambda: solved(page) >= 1, "a window", 200.0)
+        before = solved(page)
+        studio.kill()
+    with browser.served(demo, cache=cache) as studio:
+        page.open(studio.address)
+        assert page.says("of an earlier studio were taken up again")
+        assert page.state()["unsaved"]
+        modes = {part["name"]: part["mode"] for part in page.script("return window.__clip.parts")}
+        assert modes["left_toe"] == "grounded"
+        page.turn_to("Run")
+        page.press("Run")
+        page.until(lambda: solved(page) >= 1, "the windows that were solved", 60.0)
+        assert solved(page) >= before
+        page.until(lambda: page.says(" better, "), "the table", 300.0)
+        page.turn_to("Save")
+        page.fill("job", str(tmp_path / "job.toml"))
+        time.sleep(1.0)
+        page.press("Save job")
+        browser.wait_for(tmp_path / "job.toml")
+    (made,) = cache.glob("studio/*/*/runs/*/motion.npz")
+    assert [item.name for item in open_result(made.parent).scene.items][-1] == "shelf"
+    again = tmp_path / "again"
+    assert cli.main(["run", "--job", str(tmp_path / "job.toml"), "-o", str(again)]) in (0, 3)
+    assert made.read_bytes() == (again / "motion.npz").read_bytes()
+
+
+MODE = """
+const menu = document.querySelector(`#studio-modes [data-part=${arguments[0]}]`);
+menu.value = arguments[1]; menu.dispatchEvent(new Event("change", { bubbles: true }));
+"""
 
 USABLE_S, FRAMES_HZ, EDIT_S = 3.0, 20.0, 0.2
 

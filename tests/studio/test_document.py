@@ -100,3 +100,17 @@ def test_a_state_from_elsewhere_is_taken_up() -> None:
     assert opened.undoes == "friction"
     with pytest.raises(InputError):
         opened.restore(Edits("[ground]\nheight = 1"))
+
+
+def test_an_item_gets_another_name_and_keeps_its_comments() -> None:
+    opened = Document(SCENE)
+    other = opened.add("chair", (3.0, 0.0, 0.0))
+    opened.rename("step", "kerb")
+    assert [item.name for item in opened.scene.items] == ["kerb", other]
+    assert "position_m = [1.0, 0.0, 0.0] # measured" in opened.edits.scene
+    for wanted in ("", " ", other, "ground"):
+        with pytest.raises(InputError, match="valid: a name that no other item has"):
+            opened.rename("kerb", wanted)
+    opened.rename("kerb", "kerb")
+    opened.undo()
+    assert opened.item("step").position_m == (1.0, 0.0, 0.0)

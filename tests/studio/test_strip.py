@@ -35,6 +35,9 @@ def test_what_is_no_wish_is_refused() -> None:
     for part, brush, span in (("nose", "touch", (0, 1)), (PART, "red", (0, 1)), (PART, "free", (1, 1))):
         with pytest.raises(InputError, match="valid"):
             strip.painted((), part, brush, span)
+    for part, mode in (("nose", "always"), (PART, "sometimes")):
+        with pytest.raises(InputError, match="valid"):
+            strip.with_mode((), part, mode)
 
 
 @settings(max_examples=40)

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import pytest
 
+import simrecon
 from simrecon import cli, results, running, viewer
 from simrecon.cli import summary
 from simrecon.errors import InputError
@@ -123,7 +124,7 @@ def test_a_second_is_as_bad_as_its_worst(made: Result) -> None:
     opened.__dict__["motion"] = replace(made.motion, kinematic_qpos=fit)
     (doubtful,) = quality.seconds(opened)
     assert doubtful["verdict"] == "doubtful"
-    assert "mm from the kinematic fit" in doubtful["reason"]
+    assert doubtful["reason"] == "7 cm from the kinematic fit at worst"
     status = made.motion.status.copy()
     status[-1] = 1
     opened.__dict__["motion"] = replace(made.motion, status=status, times_s=made.motion.times_s * 10)
@@ -200,7 +201,9 @@ def test_the_command_makes_it_anew(made: Result, capsys: pytest.CaptureFixture[s
 
 
 def test_a_notebook_shows_the_whole_page(made: Result, tmp_path: Path) -> None:
+    assert simrecon.open_result is results.open_result  # the front door says how results are shown
     shown = made._repr_html_()
+    assert shown is not None
     attribute = re.fullmatch(r'<iframe srcdoc="([^"]*)" sandbox="([^"]*)"[^>]*></iframe>', shown)
     assert attribute is not None
     assert "allow-same-origin" not in attribute[2]  # a page must not reach into the notebook
@@ -212,8 +215,12 @@ def test_a_notebook_shows_the_whole_page(made: Result, tmp_path: Path) -> None:
     broken.mkdir()
     (broken / "motion.npz").write_bytes(b"")
     line = results.open_result(broken)._repr_html_()
+    assert line is not None
     assert line.startswith("<p>")
     assert "&lt;b&gt;" in line
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Result, "to_html", None)
+        assert made._repr_html_() is None  # without the front door a notebook shows `repr`
 
 
 def test_results_of_another_version_and_files_are_one_line(

@@ -13,6 +13,9 @@
   if (probe && probe.getExtension("WEBGL_lose_context")) probe.getExtension("WEBGL_lose_context").loseContext();
 
   const LEFT = 104, RULER = 16, PLOT = 30, GAP = 4, INK = "#23272e", A = "#2b5fb4", B = "#d9730d";
+  const MODES = {
+    auto: "as it is found", always: "it touches throughout", never: "it touches nothing", grounded: "it is on what bears it, and may slide",
+  };
   const WISH = { touch: "#1d8a4e", free: "#b3261e", auto: "#8b93a0" };
   let clip = { times: [], parts: [], inside: [] }, time = { t: 0, playing: false, speed: 1, loop: null };
   let state = { edits: false, unsaved: false, undo: "", redo: "", run: "" };
@@ -33,7 +36,7 @@
     <span class="grow" id="studio-words"></span></div>
     <div id="studio-strip"><canvas id="studio-canvas"
       aria-label="time, vertical force, height of the pelvis, and contacts"></canvas><div id="studio-cursor"></div>
-    </div>`;
+    <div id="studio-modes"></div></div>`;
   const find = (id) => bar.querySelector(`#studio-${id}`);
   const canvas = find("canvas"), pen = canvas.getContext("2d");
 
@@ -68,6 +71,7 @@
     curve("force, N", clip.force, clip.b && clip.b.force, RULER, true);
     curve("pelvis, m", clip.height, clip.b && clip.b.height, RULER + PLOT + GAP, false);
     strip(w);
+    placeModes();
     if (time.loop) {
       pen.fillStyle = "#2b5fb41c";
       pen.fillRect(x(time.loop[0]), 0, x(time.loop[1]) - x(time.loop[0]), h);
@@ -149,6 +153,29 @@
       for (const kind of ["auto", "free", "touch"]) {
         bars(part[kind], WISH[kind] + "66", 0, 0.95); bars(part[kind], WISH[kind], 0.8, 1);
       }
+    });
+  }
+
+  // What holds of a part where nothing is painted: its name is a menu. The words are drawn below it.
+  function placeModes() {
+    const box = find("modes"), names = clip.parts.map((part) => part.name).join();
+    if (box.dataset.names !== names) {
+      box.dataset.names = names;
+      box.replaceChildren(...clip.parts.map((part) => {
+        const words = part.name.replace("_", " "), menu = document.createElement("select");
+        menu.setAttribute("aria-label", `${words}: mode`);
+        menu.dataset.part = part.name;
+        for (const [mode, meaning] of Object.entries(MODES)) menu.add(new Option(`${words}: ${mode} (${meaning})`, mode));
+        menu.addEventListener("change", () => say({ do: "mode", part: part.name, mode: menu.value }));
+        return menu;
+      }));
+    }
+    [...box.children].forEach((menu, i) => {
+      const part = clip.parts[i];
+      Object.assign(menu.style, { top: `${top() + i * rowHeight()}px`, height: `${rowHeight()}px`, width: `${LEFT - 4}px` });
+      menu.title = `${part.name.replace("_", " ")}: ${part.mode}, ${MODES[part.mode]}. Click for another mode.`;
+      if (document.activeElement !== menu || menu.value !== part.mode) menu.value = part.mode;
+      menu.disabled = !state.edits;
     });
   }
 
