@@ -14,6 +14,7 @@ MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__
 LIBRARIES = {
     "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms", "levelled",
     "contact_model", "contact_motions", "contact_paper", "contact_views", "browser", "seated",
+    "synthesis_corpus", "synthesis_views",
 }  # fmt: skip
 """Modules that the programs share."""
 EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "websockets", "zuko"}

@@ -90,7 +90,7 @@ def load(mocap: Path, cmu: Path, cache_folder: Path) -> list[ContactMotion]:
     """
     cache_folder.mkdir(parents=True, exist_ok=True)
     motions = []
-    for name, motion in _recordings(mocap, cmu):
+    for name, motion in recordings(mocap, cmu):
         path = cache_folder / f"{name}.npz"
         if not path.is_file():
             _fit(motion, path)
@@ -110,8 +110,8 @@ def _fit(motion: Evidence | KinematicFit, path: Path) -> None:
     np.savez(path, points_m=points, clearance_m=found.clearance_m, speed_mps=found.speed_mps)
 
 
-def _recordings(mocap: Path, cmu: Path) -> Iterator[tuple[str, Evidence | KinematicFit]]:
-    """Every recording once, at about 30 Hz."""
+def recordings(mocap: Path, cmu: Path) -> Iterator[tuple[str, Evidence | KinematicFit]]:
+    """Every recording on even ground once, by name and at about 30 Hz; arguments as of `load`."""
     seen = set()
     for path in sorted(cmu.glob("cmu_bvh/**/*.bvh")):
         subject, number = re.findall(r"\d+", path.stem)[:2]
