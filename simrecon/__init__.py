@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from simrecon.evidence import write as write_evidence
     from simrecon.exports import export
     from simrecon.exports.picture import write as picture
+    from simrecon.futures import Synthesis, synthesize
     from simrecon.job import Job, Person, Reading
     from simrecon.observer import Observer
     from simrecon.people import run_people
@@ -48,6 +49,7 @@ __all__ = [
     "Result",
     "Scene",
     "Setup",
+    "Synthesis",
     "__version__",
     "evaluate",
     "evidence_from_arrays",
@@ -64,6 +66,7 @@ __all__ = [
     "run",
     "run_people",
     "suggest",
+    "synthesize",
     "write_evidence",
 ]
 
@@ -80,6 +83,7 @@ _PLACES = {
     "Result": "results",
     "Scene": "types",
     "Setup": "pipeline",
+    "Synthesis": "futures",
     "evaluate": "evaluation.scores:score",
     "evidence_from_arrays": "evidence:from_arrays",
     "export": "exports",
@@ -95,6 +99,7 @@ _PLACES = {
     "run": "running",
     "run_people": "people",
     "suggest": "calls",
+    "synthesize": "futures",
     "write_evidence": "evidence:write",
 }
 """Module of each public name, and its name there if it has another one."""

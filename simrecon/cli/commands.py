@@ -11,6 +11,7 @@ COMMANDS = {
     "look": ("look", "show who is in a video, and how well the person is followed"),
     "rerun": ("rerun", "simulate a finished result again, starting from its motion"),
     "retarget": ("retarget", "put the motion of a finished result on another body, and simulate it"),
+    "synthesize": ("synthesize", "predict what a person may do next, several times, and simulate it"),
     "report": ("report", "make report.html of a result: its motion in 3D, curves and figures"),
     "export": ("export", "write a result in the formats of other programs"),
     "eval": ("evaluate", "score a result against a reference"),

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from simrecon.viewer.page import add, render, write
+from simrecon.viewer.page import Ghosts, add, render, write
 
-__all__ = ["add", "render", "write"]
+__all__ = ["Ghosts", "add", "render", "write"]

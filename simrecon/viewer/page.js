@@ -2,7 +2,8 @@
 (() => {
   const { html, shown, Charts } = SimreconCharts, { View, nearest, bytesOf } = SimreconScene;
   const data = JSON.parse(document.getElementById("data").textContent), model = document.getElementById("model").textContent;
-  const $ = id => document.getElementById(id), curves = data.curves, times = curves.times_s, last = times.at(-1);
+  const $ = id => document.getElementById(id), curves = data.curves, times = curves.times_s;
+  const last = Math.max(times.at(-1), data.ghosts ? data.ghosts.to_s : 0);
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2], WORDS_MS = 90, SPANS_MAX = 6;
   const state = { time: 0, frame: 0, playing: false, speed: 1, joint: 0, told: 0 };
   const root = document.documentElement;
@@ -16,7 +17,7 @@
     if (data.verdict) $("verdict").classList.add(verdict);
     const lost = curves.status.some(status => status === 1), planned = curves.status.every(status => status === 2);
     $("facts").textContent = [
-      `${last.toFixed(2)} s`, `${data.frame_count} frames${times.length < data.frame_count ? `, ${times.length} of them here` : ""}`,
+      `${times.at(-1).toFixed(2)} s`, `${data.frame_count} frames${times.length < data.frame_count ? `, ${times.length} of them here` : ""}`,
       planned ? "planned, not simulated" : lost ? "not all simulated" : "all simulated", `body weight ${curves.weight_N.toFixed(0)} N`,
     ].join(" · ");
     $("version").textContent = data.version;
@@ -194,6 +195,7 @@
   const TOGGLES = [
     ["Skin", "B", () => view.shown.body === "skin", on => view.apply({ body: on ? "skin" : "primitives" }), "Skin, or the primitives that are simulated"],
     ["Fit", "G", () => view.shown.ghost, on => view.apply({ ghost: on }), "The kinematic fit as a ghost", () => data.fit],
+    ["Futures", "N", () => view.shown.futures, on => view.apply({ futures: on }), "What may follow, as ghosts", () => data.ghosts],
     ["Forces", "F", () => view.shown.forces, on => view.apply({ forces: on }), "Forces of contact: half a metre is a body weight"],
     ["Mass centre", "M", () => view.shown.mass, on => view.apply({ mass: on }), "The centre of mass, and the floor below it"],
     ["Camera", "C", () => view.shown.real, on => { view.apply({ real: on }); placeStill(); }, "From the camera that saw it", () => data.camera],
@@ -209,6 +211,7 @@
     }
     const colours = [["var(--left)", "left"], ["var(--right)", "right"], ["#e5484d", `force, ½ m is ${curves.weight_N.toFixed(0)} N`]];
     if (data.fit) colours.push(["#6f7cff", "kinematic fit"]);
+    if (data.ghosts) colours.push(["#2a9d6f", `${data.ghosts.count} futures from ${(data.began_s + data.ghosts.from_s).toFixed(2)} s on`]);
     $("legend").append(...colours.map(([colour, text]) => html("li", {}, html("i", { style: `background:${colour}` }), text)));
   }
 

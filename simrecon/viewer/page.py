@@ -6,6 +6,7 @@ import base64
 import html
 import json
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,28 @@ from simrecon.exports.gltf import Document
 from simrecon.io import atomic
 from simrecon.results import Result
 from simrecon.results.folder import PAGE
-from simrecon.types import IntArray, Primitive
+from simrecon.types import Array, IntArray, Primitive
 from simrecon.viewer import curves, quality, seen, stills, tables
 
 FRAMES_MAX = 1500
 """More than these are thinned out, which keeps a page below 5 MB."""
 SCRIPTS = ("three.min.js", "scene.js", "charts.js", "page.js")
-FIT = "fit"
+FIT, GHOST = "fit", "ghost"
+
+
+@dataclass(frozen=True, eq=False)
+class Ghosts:
+    """Other motions of the person that a page shows, such as what may follow.
+
+    Attributes:
+        times_s: (F,) from the first frame of the result's motion on.
+        qpos: (S, F, nq) configurations.
+    """
+
+    times_s: Array
+    qpos: Array
+
+
 _MARK = re.compile(r"<!--([A-Z]+)-->")
 
 
@@ -51,7 +67,7 @@ def write(result: Result) -> Path:
     return path
 
 
-def render(result: Result, *, alone: bool = False) -> str:
+def render(result: Result, *, alone: bool = False, ghosts: Ghosts | None = None) -> str:
     """The page as text; `alone` where the other files of the result are not beside it."""
     folder = resources.folder("viewer")
     rows = frames(len(result.motion.times_s))
@@ -59,8 +75,8 @@ def render(result: Result, *, alone: bool = False) -> str:
         "TITLE": html.escape(printable(result.folder.resolve().name)),
         "STYLE": (folder / "page.css").read_text(encoding="utf-8"),
         "LICENCE": html.escape((folder / "three.LICENSE.txt").read_text(encoding="utf-8")),
-        "DATA": embedded(content(result, rows) | ({"video": None} if alone else {})),
-        "MODEL": base64.b64encode(model(result, rows)).decode(),
+        "DATA": embedded(content(result, rows) | ({"video": None} if alone else {}) | _told(ghosts)),
+        "MODEL": base64.b64encode(model(result, rows, ghosts)).decode(),
         "SCRIPTS": "\n".join(
             f"<script>{(folder / name).read_text(encoding='utf-8')}</script>" for name in SCRIPTS
         ),
@@ -101,6 +117,14 @@ def content(result: Result, rows: IntArray) -> dict[str, Any]:
     }
 
 
+def _told(ghosts: Ghosts | None) -> dict[str, Any]:
+    """What the scripts are told of ghosts."""
+    if ghosts is None:
+        return {}
+    begin, end = (round(float(ghosts.times_s[row]), 4) for row in (0, -1))
+    return {"ghosts": {"from_s": begin, "to_s": end, "count": len(ghosts.qpos)}}
+
+
 def _primitive(part: Primitive) -> dict[str, Any]:
     return {
         "name": part.name,
@@ -111,8 +135,8 @@ def _primitive(part: Primitive) -> dict[str, Any]:
     }
 
 
-def model(result: Result, rows: IntArray) -> bytes:
-    """The person with the clips `motion` and, where it is known, `fit`, and the scene, as GLB."""
+def model(result: Result, rows: IntArray, ghosts: Ghosts | None = None) -> bytes:
+    """The person with the clips `motion`, `fit` where it is known, `ghost 0`, …, and the scene, as GLB."""
     document, motion = Document(f"simrecon {__version__}"), result.motion
     joints = glb.add_person(document, result.body)
     times_s = motion.times_s[rows]
@@ -120,6 +144,9 @@ def model(result: Result, rows: IntArray) -> bytes:
     scenery.add(document, result, motion.qpos[rows], clip)
     if motion.kinematic_qpos is not None:
         glb.add_clip(document, FIT, times_s, motion.kinematic_qpos[rows], result.body, joints)
+    if ghosts is not None:
+        for row, qpos in enumerate(ghosts.qpos):
+            glb.add_clip(document, f"{GHOST} {row}", ghosts.times_s, qpos, result.body, joints)
     return document.binary()
 
 

@@ -3,7 +3,7 @@
 const SimreconScene = (() => {
   const ARROW_M = 0.5; // of a force of one body weight
   const LEFT = new THREE.Color(0xf08a34), RIGHT = new THREE.Color(0x2aa3b5), CENTRE = new THREE.Color(0xc9ccd3);
-  const GHOST = 0x6f7cff, FORCE = 0xe5484d, MASS = 0xf5c518;
+  const GHOST = 0x6f7cff, FUTURE = 0x2a9d6f, FORCE = 0xe5484d, MASS = 0xf5c518;
   const SLOW_MS = 36, JUDGED = 10, REST_MS = 200; // a slow machine draws what moves with less, and sharpens what rests
   const LEVELS = [{ ratio: 2, shadow: true }, { ratio: 1, shadow: true }, { ratio: 0.7, shadow: true }, { ratio: 0.5, shadow: false }];
 
@@ -162,7 +162,7 @@ const SimreconScene = (() => {
       this.controls.minDistance = 0.6;
       this.controls.maxDistance = 40;
       this.controls.addEventListener("change", () => { this.dirty = true; this.moved = performance.now(); });
-      this.shown = { body: "skin", ghost: false, forces: true, mass: false, real: false, follow: true };
+      this.shown = { body: "skin", ghost: false, futures: true, forces: true, mass: false, real: false, follow: true };
       this.dirty = true;
       this.slow = [];
       this.light();
@@ -211,7 +211,8 @@ const SimreconScene = (() => {
       });
       this.motion = this.play(this.scene, model.animations.find(clip => clip.name === "motion"));
       const fit = model.animations.find(clip => clip.name === "fit");
-      if (fit) this.addGhost(fit);
+      if (fit) [this.ghost, this.fit] = this.addGhost(fit, GHOST, 0.34);
+      this.futures = model.animations.filter(clip => clip.name.startsWith("ghost ")).map(clip => this.addGhost(clip, FUTURE, 0.22));
       this.addPrimitives();
       this.arrows = this.data.curves.forces.body.map(() => { const a = arrow(); this.scene.add(a); return a; });
       this.mass = massMark();
@@ -226,16 +227,16 @@ const SimreconScene = (() => {
       return { mixer, action, last_s: clip.duration - 1e-5 };
     }
 
-    addGhost(clip) {
-      this.ghost = THREE.cloneSkinned(this.person);
-      this.ghost.traverse(node => {
+    addGhost(clip, color, opacity) {
+      const ghost = THREE.cloneSkinned(this.person);
+      ghost.traverse(node => {
         if (!node.isSkinnedMesh) return;
-        node.material = new THREE.MeshStandardMaterial({ color: GHOST, transparent: true, opacity: 0.34, roughness: 0.9 });
+        node.material = new THREE.MeshStandardMaterial({ color, transparent: true, opacity, roughness: 0.9 });
         node.castShadow = node.receiveShadow = false;
         node.renderOrder = 2;
       });
-      this.scene.add(this.ghost);
-      this.fit = this.play(this.ghost, clip);
+      this.scene.add(ghost);
+      return [ghost, this.play(ghost, clip)];
     }
 
     addPrimitives() {
@@ -291,6 +292,7 @@ const SimreconScene = (() => {
         clip.action.time = Math.min(time, clip.last_s);
         clip.mixer.update(0);
       }
+      if (this.futures) this.placeFutures(time);
       const { com_m, forces, weight_N, times_s } = this.data.curves;
       const frame = this.frame = SimreconScene.nearest(times_s, time), com = new THREE.Vector3(...com_m[frame]);
       (this.arrows || []).forEach((group, i) => {
@@ -302,6 +304,15 @@ const SimreconScene = (() => {
       this.sun.position.set(com.x + 2.2, 5.5, com.z + 1.6);
       this.sun.target.position.set(com.x, 0.4, com.z);
       this.dirty = true;
+    }
+
+    placeFutures(time) {
+      for (const [ghost, clip] of this.futures) {
+        const since = time - this.data.ghosts.from_s;
+        ghost.visible = this.shown.futures && since >= 0;
+        clip.action.time = Math.min(Math.max(since, 0), clip.last_s);
+        clip.mixer.update(0);
+      }
     }
 
     placeMass(com) {

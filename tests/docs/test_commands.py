@@ -42,15 +42,16 @@ NOT_RUN = {
     r"python -m tools\.ops\.slurm_batch ": "needs Slurm",
     r"simrecon bench [a-z_]+ --data (DIR|CLIPS) ": "takes hours, on clips of one's own",
     r"simrecon studio ": "needs an extra, and serves until it is stopped",
+    r"python -m tools\.(study|train)\.synthesis corpus": "needs an extra, and a corpus that takes a night",
     r"simrecon run --job job\.toml ": "repeats a job that the studio saved",
-    r"python -m tools\.(study|make)\.[a-z]+ --data DATA ": "takes an hour, on clips of one's own",
+    r"python -m tools\.(study|make|train)\.[a-z_]+ --data DATA ": "takes an hour, on clips of one's own",
 }
 """Commands that cannot run here, by pattern, and why."""
 REPLACED = {"--betas=…": "--betas=0.5", "/shared/night": "out/night"}
 """What stands for something else in a page."""
 LEAST = {"population": "8", "generations": "2", "evaluations": "10"}
 """What of the plan `quick` is less here."""
-PLANNED = ("run", "rerun", "batch", "demo")
+PLANNED = ("run", "rerun", "batch", "demo", "synthesize")
 """Commands that take a plan, and get a small one."""
 
 
