@@ -1,12 +1,12 @@
-"""Make the corpus that the synthesis learns from (Xie 2021, section 4.3): truth, kinematic fit and simulation.
+"""Make the corpus that the synthesis learns from (Xie 2021, section 4.3): truth, fit and simulation.
 
 usage: python -m tools.train.reconstruct_corpus --data DATA -o FOLDER [--seconds 8] [--jobs N] [--seed 0]
                                                  (needs the extra [batch]; about one night on two cores)
 
-Every motion of DATA/mocap that `synthesis_split.toml` beside this file names is put on simrecon's body, cut to
-its first seconds, seen by a virtual camera with a pose network's errors (`synthesis_views`), and reconstructed
-by the batch with the plan `quick`: first those that are trained on, then the tests. What is there is kept, so
-the same command goes on where it was stopped.
+Every motion of DATA/mocap that `synthesis_split.toml` beside this file names is put on simrecon's body, cut
+to its first seconds, seen by a virtual camera with a pose network's errors (`synthesis_views`), and
+reconstructed by the batch with the plan `quick`: first those that are trained on, then the tests. What is
+there is kept, so the same command goes on where it was stopped.
 
     FOLDER/truth/NAME.npz      the motion: qpos, joints, height and mass of the person
     FOLDER/evidence/NAME.npz   what the camera saw

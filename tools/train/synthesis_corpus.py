@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -94,6 +95,17 @@ def read(path: Path) -> Clip:
         values = {key: kept[key] for key in kept.files}
     names = tuple(str(name) for name in values.pop("point_names"))
     return Clip(path.stem, point_names=names, **values)
+
+
+def truths(folder: Path, names: Sequence[str]) -> list[Clip]:
+    """True motions alone, in the place of all three, as tests need no reconstruction."""
+    found = []
+    for name in names:
+        with np.load(folder / "truth" / f"{name}.npz", allow_pickle=False) as truth:
+            marks, times_s = truth["joints_m"], truth["times_s"]
+            points = tuple(str(point) for point in truth["joint_names"])
+        found.append(Clip(name, times_s, points, marks, marks, marks, np.ones(len(times_s), bool)))
+    return found
 
 
 def figures(clip: Clip) -> dict[str, Any]:
