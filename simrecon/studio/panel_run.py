@@ -9,6 +9,7 @@ from simrecon import plan
 from simrecon.errors import InputError
 from simrecon.studio import comparing, runs, saving
 from simrecon.studio.asking import Wanted
+from simrecon.studio.markdown import plain
 from simrecon.studio.panel import Event, Panel, say
 from simrecon.studio.session import Session
 from simrecon.studio.stage import Stage
@@ -52,7 +53,7 @@ class RunPanel(Panel):
         if progress is not None:
             share = progress.share if not progress.windows else len(progress.known) / progress.windows
             self._bar.value = round(100 * share, 1)
-        words = "" if progress is None else progress.words
+        words = "" if progress is None else plain(progress.words)
         if self._says.content != words:
             self._says.content = words
         rows = tab.table()

@@ -10,6 +10,7 @@ from typing import Any
 from simrecon.errors import InputError, SimreconError
 from simrecon.scene.edit import GROUND
 from simrecon.studio import document, opening, placing
+from simrecon.studio.markdown import plain
 from simrecon.studio.opening import Needed
 from simrecon.studio.panel import Event, Panel, say, set_to
 from simrecon.studio.panel_item import ItemFields
@@ -62,7 +63,7 @@ class ScenePanel(Panel):
         self._item.options = (_NONE, *names)
         chosen = self.stage.furniture.chosen
         set_to(self._item, chosen if chosen in names else _NONE)
-        words = "  \n".join(f"**inside** {one.words}" for one in tab.inside)
+        words = "  \n".join(f"**inside** {plain(one.words)}" for one in tab.inside)
         words = words or ("The motion goes through nothing." if tab.clip is not None else "")
         if self._inside.content != words:
             self._inside.content = words
@@ -156,7 +157,7 @@ class ScenePanel(Panel):
         if needed is None:
             self._says.content, self._take.visible = "", False
             return
-        lines = [f"**{one.item.name}**: {one.why}" for one in needed.suggestions]
+        lines = [f"**{plain(one.item.name)}**: {plain(one.why)}" for one in needed.suggestions]
         lines = lines or ["What is known supports the motion."]
         if needed.warning:
             lines.append(f"*{needed.warning}*")

@@ -10,6 +10,7 @@ from typing import Any
 
 from simrecon.errors import InputError, SimreconError
 from simrecon.job import Job
+from simrecon.studio.markdown import plain
 from simrecon.studio.panel import Event, Panel, say
 from simrecon.studio.session import Session
 from simrecon.studio.stage import Looks, Stage
@@ -67,9 +68,9 @@ class OpenPanel(Panel):
         tab = self.session.current
         if tab is None:
             return "Nothing is open yet."
-        lines = [f"`{tab.path}`"]
+        lines = [plain(tab.path)]
         if tab.failure:
-            lines.append(f"**{tab.failure}**")
+            lines.append(f"**{plain(tab.failure)}**")
         elif tab.clip is None:
             lines.append("The evidence is read and fitted …")
         if tab.restored:

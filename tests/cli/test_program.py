@@ -147,3 +147,20 @@ def test_scripts_name_every_command(shell: str, capsys: pytest.CaptureFixture[st
     shown = capsys.readouterr().out
     assert all(re.search(rf"\b{name}\b", shown) for name in commands.COMMANDS)
     assert "scene" in shown
+
+
+def test_mujoco_starts_no_process_that_looks_for_a_screen() -> None:
+    """Which would print a traceback of its own where the command is interrupted meanwhile."""
+    script = (
+        "import sys\n"
+        "started = []\n"
+        "hear = lambda event, said: started.append(said[1]) if event == 'subprocess.Popen' else None\n"
+        "sys.addaudithook(hear)\n"
+        "from simrecon.cli import main\n"
+        "main(['run', 'nowhere.npz', '-o', 'out'])\n"
+        "assert 'mujoco' in sys.modules and not started, started\n"
+    )
+    environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
+    command = [sys.executable, "-c", script]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
