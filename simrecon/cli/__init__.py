@@ -35,9 +35,7 @@ def main(argv: list[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):  # paths may hold bytes that are no text
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    os.environ.setdefault(
-        "MUJOCO_GL", "disable"
-    )  # or it starts a process that looks for a screen
+    os.environ.setdefault("MUJOCO_GL", "disable")  # or it starts a process that looks for a screen
     try:
         with signals.interruptible():
             status = _status(sys.argv[1:] if argv is None else argv)
