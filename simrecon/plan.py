@@ -19,6 +19,8 @@ from simrecon.optim.covariance import Covariance
 PRIORS = ("gaussian", "flow")
 CONTACTS = ("rules", "network")
 """Names of the pose priors in `simrecon.prior`."""
+STARTS = ("fit", "paper")
+WEIGHTS = ("measured", "paper")
 STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
 
@@ -146,6 +148,18 @@ class SoftContact:
 
 
 @dataclass(frozen=True)
+class Centroidal:
+    """`[centroidal]`: the planner of that name, `planners.centroidal`; the section may be left out.
+
+    `start` is the motion that it begins with: that of the kinematic fit, or of the kinematic optimisation of
+    Rempe 2020, appendix B. `weights` are those of its objective: ours, or the paper's.
+    """
+
+    start: str = choice(*STARTS, default="fit")
+    weights: str = choice(*WEIGHTS, default="measured")
+
+
+@dataclass(frozen=True)
 class Plan:
     """All settings of a run; `name` is the one by which it was read."""
 
@@ -157,6 +171,7 @@ class Plan:
     loss: LossWeights = option()
     kinematics: Kinematics = option()
     soft_contact: SoftContact = option(SoftContact())
+    centroidal: Centroidal = option(Centroidal())
     name: str = tables.not_in_file("", compare=False)
 
 

@@ -13,7 +13,7 @@ from simrecon import kinematics, plan, planners, resources
 from simrecon import scene as scenes
 from simrecon.evidence import resample
 from simrecon.planners.centroidal.inputs import inputs
-from simrecon.planners.centroidal.settings import Solver, settings
+from simrecon.planners.centroidal.settings import Solver, chosen, settings
 from simrecon.types import Array, Friction, Ground, KinematicFit, Reference, Scene
 from tests.support import rigid
 
@@ -113,6 +113,13 @@ def test_a_clip_that_flies_at_an_end_has_the_velocity_of_its_parabola() -> None:
     since = 20 * rigid.FRAME_S - 0.5
     assert start[2] == pytest.approx(9.81 * (0.25 - since), abs=0.02)
     np.testing.assert_allclose(end, 0.0, atol=1e-9)
+
+
+def test_the_paper_s_weights_can_be_had() -> None:
+    assert chosen("measured") == settings()
+    paper = chosen("paper").weights
+    assert (paper.com, paper.turn, paper.point, paper.duration) == (0.4, 1.7, 0.3, 0.1)
+    assert (paper.com_velocity, paper.point_velocity, paper.com_acceleration) == (1e-3, 0.1, 1e-4)
 
 
 def test_what_cannot_be_is_said_with_its_constraint_and_seconds() -> None:

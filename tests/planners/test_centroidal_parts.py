@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import mujoco
@@ -16,6 +17,7 @@ from simrecon.geometry import rotations
 from simrecon.planners.centroidal import euler, unseen
 from simrecon.planners.centroidal.inputs import Inputs, inputs
 from simrecon.planners.centroidal.phases import moved, phases
+from simrecon.planners.centroidal.resting import Costs, evidence, resting
 from simrecon.planners.centroidal.settings import settings
 from simrecon.types import Array, Evidence, Ground, KinematicFit, Scene, SceneItem
 from tests.support import rigid
@@ -171,7 +173,10 @@ def test_who_does_not_fall_is_carried_by_what_is_lowest() -> None:
     hover = rigid.fit(np.tile([0.0, 0.0, 0.03], (30, 1)), np.zeros(30))
     found = made(hover)
     assert all(phase.contact for target in found.targets for phase in target.touching.phases)
-    assert "nothing is labelled as in contact in 30 frames at 0.00 to 0.97 s" in found.notes[0]
+    assert (
+        "too little is labelled as in contact to carry the person in 30 frames at 0.00 to 0.97 s"
+        in found.notes[0]
+    )
     high = made(rigid.fit(np.tile([0.0, 0.0, 0.3], (30, 1)), np.zeros(30)))
     assert not any(phase.contact for target in high.targets for phase in target.touching.phases)
 
@@ -198,3 +203,59 @@ def nothing_seen(times_s: Array) -> Evidence:
         times_s=times_s, keypoint_names=(), keypoints_px=np.zeros((count, 0, 2)), scores=np.zeros((count, 0)),
         joint_names=(), joints_m=np.zeros((count, 0, 3)), joints_frame="world",
     )  # fmt: skip
+
+
+def test_a_contact_is_cut_where_its_point_moves() -> None:
+    """The label lasts through a step; the point rests before and after it."""
+    costs, step = Costs(0.05, 3.0, 3), np.zeros((30, 3))
+    step[12:18, 0] = np.linspace(0.05, 0.4, 6)
+    step[18:, 0] = 0.45
+    sure = evidence(np.full(30, 0.9), 0.2)
+    found = resting(sure, step, costs)
+    assert found[:11].all()
+    assert found[19:].all()
+    assert not found[13:17].any()
+    assert resting(sure, np.zeros((30, 3)), costs).all()
+    assert not resting(-sure, np.zeros((30, 3)), costs).any()
+    blink = sure.copy()
+    blink[10] = -3.0
+    assert resting(blink, np.zeros((30, 3)), costs).all()  # a frame is noise
+
+
+def test_the_best_cut_is_found() -> None:
+    """Against all ways to cut eight frames."""
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        labels, places, costs = (
+            rng.normal(0.0, 2.0, 8),
+            0.05 * rng.standard_normal((8, 3)),
+            Costs(0.05, 1.0, 1),
+        )
+        ways = [np.array(way, bool) for way in product([False, True], repeat=8)]
+        best = min(ways, key=lambda way: price(way, labels, places, costs))
+        assert price(resting(labels, places, costs), labels, places, costs) == pytest.approx(
+            price(best, labels, places, costs)
+        )
+
+
+def price(flags: np.ndarray, labels: Array, places: Array, costs: Costs) -> float:
+    total = costs.cut * float(np.sum(flags[1:] != flags[:-1]))
+    for frames in np.split(np.arange(len(flags)), np.flatnonzero(flags[1:] != flags[:-1]) + 1):
+        if flags[frames[0]]:
+            own = places[frames]
+            total += float(np.sum((own - own.mean(axis=0)) ** 2)) / costs.spread_m**2 - labels[frames].sum()
+    return total
+
+
+def test_who_lands_harder_than_a_toe_bears_has_a_heel_too() -> None:
+    """Labels know one toe alone."""
+    times = rigid.FRAME_S * np.arange(31)
+    fall = rigid.fit(
+        np.column_stack((np.zeros((31, 2)), 0.02 + 0.02 * np.cos(14.0 * times))),
+        np.array([[1, 0, 0, 0]] * 31),
+    )
+    found = made(fall)
+    assert "too little is labelled as in contact" in found.notes[0]
+    assert any(phase.contact for phase in found.targets[1].touching.phases)
+    still = made(rigid.fit(np.zeros((31, 3)), np.array([[1, 0, 0, 0]] * 31)))
+    assert not still.notes

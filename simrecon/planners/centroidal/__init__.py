@@ -1,7 +1,8 @@
 """The planner `centroidal`: contacts and centroidal dynamics of a whole clip (Rempe et al. 2020).
 
 settings    all numbers, from `models/planner/centroidal.toml`
-inputs      the person of a fit as one body with points that touch; points, labelling, phases, touching, euler
+inputs      the person of a fit as one body with points that touch; points, phases, touching, euler;
+            labelling, resting: which contacts there are
 model       that body as unknown curves; curves, limbs
 laws        constraints: geometric and dynamic ones; rotation
 program     IPOPT
@@ -24,7 +25,7 @@ from simrecon.io.messages import counted
 from simrecon.kinematics import configurations
 from simrecon.plan import Plan
 from simrecon.planners.centroidal import unseen
-from simrecon.planners.centroidal.settings import settings
+from simrecon.planners.centroidal.settings import chosen
 from simrecon.system import blas, extras
 from simrecon.types import Evidence, KinematicFit, Reference
 
@@ -40,7 +41,7 @@ def plan(fit: KinematicFit, evidence: Evidence, wanted: Plan) -> Reference:
     Args:
         fit: the kinematic half.
         evidence: on the frames of the fit.
-        wanted: weights of the kinematic terms of the full body.
+        wanted: weights of the kinematic terms of the full body, and the section `centroidal`.
 
     Raises:
         InputError: CasADi is missing, the clip is too short, or its floor gives way.
@@ -49,8 +50,9 @@ def plan(fit: KinematicFit, evidence: Evidence, wanted: Plan) -> Reference:
     extras.load("casadi", NAME, f"planner {NAME}")
     from simrecon.planners.centroidal import solving
 
-    planned = solving.planned(fit, settings())
-    qpos = solving.full_body(fit, planned, wanted.kinematics, settings().body)
+    numbers = chosen(wanted.centroidal.weights)
+    planned = solving.planned(fit, numbers)
+    qpos = solving.full_body(fit, planned, wanted.kinematics, numbers.body)
     places, forces = np.swapaxes(planned.places_m, 0, 1), np.swapaxes(planned.force_N, 0, 1)  # (T, P, 3)
     return Reference(
         planner=NAME,

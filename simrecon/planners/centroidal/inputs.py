@@ -87,7 +87,7 @@ def inputs(fit: KinematicFit, settings: Settings) -> Inputs:
     own = forward.points(pose, segments, offsets)  # (P, T, 3)
     near = [touching.around(fit.scene, point, place) for point, place in zip(points, own, strict=True)]
     apart = np.stack([entry[0].min(axis=0) for entry in near])  # (P, T)
-    flags, notes = labelling.contacts(fit, points, apart, com, settings.phases)
+    flags, notes = labelling.contacts(fit, points, apart, own, com, settings.phases)
     targets = []
     for point, place, around, contact in zip(points, own, near, flags, strict=True):
         hung = place if point.anchor is None else pose.origins_m[point.anchor]

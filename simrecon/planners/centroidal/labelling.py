@@ -6,51 +6,81 @@ import numpy as np
 
 from simrecon.io.messages import counted
 from simrecon.metrics.dynamics import needed_load
-from simrecon.planners.centroidal.points import Point, labelled
+from simrecon.planners.centroidal.points import Point, probability
+from simrecon.planners.centroidal.resting import SURE, Costs, evidence, resting
 from simrecon.planners.centroidal.settings import PhaseRules
 from simrecon.types import Array, Flags, KinematicFit
 
+FRAME_S = 1 / 30
+"""Of the evidence that a label is; of more frames a second each counts for less."""
+NEVER = 1e6
+"""Evidence against contact with what is far."""
 SMOOTH_S = 0.05
 """Of the centre of mass, before its acceleration is taken."""
 
 
 def contacts(
-    fit: KinematicFit, points: list[Point], apart_m: Array, com_m: Array, rules: PhaseRules
+    fit: KinematicFit, points: list[Point], apart_m: Array, places_m: Array, com_m: Array, rules: PhaseRules
 ) -> tuple[Flags, list[str]]:
     """Flags (P, T), and in words what is not as labelled.
 
-    Contact far from everything is dropped. Where nothing touches and yet something carries the person, what
-    is lowest does.
+    Contact far from everything is dropped, and that of a point which moves is cut (`resting`). Where nothing
+    touches and yet something carries the person, what is lowest does; where too few do, what is near.
 
     Args:
         fit: with labels.
         points: P.
         apart_m: (P, T) distance of each from what is nearest, negative inside.
+        places_m: (P, T, 3) of each.
         com_m: (T, 3).
         rules: thresholds.
     """
-    flags = np.stack([labelled(fit, point.name, rules.contact) for point in points])
-    far = flags & (np.abs(apart_m) > rules.contradiction_m)
+    labels = [probability(fit, point.name) for point in points]
+    far = np.stack(labels) >= rules.contact
+    far &= np.abs(apart_m) > rules.contradiction_m
     notes = [
         _said(point, own, away, fit.times_s)
         for point, own, away in zip(points, far, np.abs(apart_m), strict=True)
         if own.any()
     ]
-    flags &= ~far
-    hangs = ~flags.any(axis=0) & (load(com_m, float(fit.times_s[1] - fit.times_s[0])) > rules.carried)
-    lowest = apart_m.min(axis=0)
-    under = hangs & (apart_m < lowest + rules.level_m) & (lowest < rules.near_m)
+    known = np.stack([evidence(own, rules.contact) for own in labels]) - np.where(far, NEVER, 0.0)
+    frame_s = float(fit.times_s[1] - fit.times_s[0])
+    share = frame_s / FRAME_S  # of the evidence of a frame at 30 Hz
+    costs = Costs(
+        rules.spread_m / np.sqrt(share), rules.cut, max(1, int(np.ceil(rules.shortest_s / frame_s - 1e-6)))
+    )
+    flags = np.stack([resting(share * own, place, costs) for own, place in zip(known, places_m, strict=True)])
+    under = _under(flags, apart_m, load(com_m, frame_s), rules)
+    for row in np.flatnonzero(under.any(axis=1)):
+        flags[row] = resting(share * np.where(under[row], SURE, known[row]), places_m[row], costs)
     if under.any():
-        first, last = fit.times_s[under.any(axis=0)][[0, -1]]
-        names = " and ".join(
-            point.name.replace("_", " ") for point, own in zip(points, under, strict=True) if own.any()
-        )
-        count = counted(int(under.any(axis=0).sum()), "frame")
-        notes.append(
-            f"nothing is labelled as in contact in {count} at {first:.2f} to {last:.2f} s, in which the "
-            f"person does not fall; taken as in contact: {names}"
-        )
-    return flags | under, notes
+        notes.append(_carried(points, under, fit.times_s))
+    return flags, notes
+
+
+def _under(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Flags:
+    """What carries the person beside what is labelled (P, T), under a load (T,) in body weights.
+
+    What is lowest where nothing touches; all that is near where what touches cannot bear so much.
+    """
+    lowest = apart_m.min(axis=0)
+    hangs = ~flags.any(axis=0) & (load_ > rules.carried) & (lowest < rules.near_m)
+    heavy = flags.any(axis=0) & (load_ > rules.borne * flags.sum(axis=0))
+    return np.asarray(
+        (hangs & (apart_m < lowest + rules.level_m)) | (heavy & ~flags & (apart_m < rules.near_m))
+    )
+
+
+def _carried(points: list[Point], under: Flags, times_s: Array) -> str:
+    first, last = times_s[under.any(axis=0)][[0, -1]]
+    names = " and ".join(
+        point.name.replace("_", " ") for point, own in zip(points, under, strict=True) if own.any()
+    )
+    count = counted(int(under.any(axis=0).sum()), "frame")
+    return (
+        f"too little is labelled as in contact to carry the person in {count} at {first:.2f} to "
+        f"{last:.2f} s; taken as in contact: {names}"
+    )
 
 
 def load(com_m: Array, frame_s: float) -> Array:

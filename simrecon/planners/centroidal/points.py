@@ -42,18 +42,18 @@ class Point:
     sole: bool
 
 
-def labelled(fit: KinematicFit, name: str, least: float) -> Flags:
-    """Frames (T,) in which a part is in contact by the labels of a fit."""
+def probability(fit: KinematicFit, name: str) -> Array:
+    """Probability (T,) of contact of a part by the labels of a fit; 0 where they do not say."""
     if fit.contacts is None or not fit.contacts.known(name):
-        return np.zeros(len(fit.times_s), bool)
-    return np.nan_to_num(fit.contacts.of(name)) >= least
+        return np.zeros(len(fit.times_s))
+    return np.nan_to_num(fit.contacts.of(name))
 
 
 def points_of(fit: KinematicFit, pose: forward.Pose, settings: Settings) -> Iterator[Point]:
     """The four of the feet, and one for each other part that is in contact anywhere."""
     touch = contact_points(fit.body.skeleton, fit.body.primitives)
     for name in (*FEET, *(name for name in names() if name not in FEET)):
-        contact = labelled(fit, name, settings.phases.contact)
+        contact = probability(fit, name) >= settings.phases.contact
         rows = touch.parts[names().index(name)]
         if name in FEET:
             yield _point(fit.body.skeleton, touch, rows, name, settings)

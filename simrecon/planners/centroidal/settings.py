@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from simrecon import resources
@@ -41,7 +41,7 @@ class Forces:
 
 @dataclass(frozen=True, kw_only=True)
 class Weights:
-    """`[weights]`: of the terms of the objective."""
+    """`[weights]` and `[paper]`: of the terms of the objective."""
 
     com: float = number(0.0)
     turn: float = number(0.0)
@@ -71,10 +71,13 @@ class Relaxed:
 class PhaseRules:
     """`[phases]`: how labels become phases."""
 
-    contact: float = number(0.0, 1.0)
+    contact: float = number(0.01, 0.99)
+    spread_m: float = number(1e-3, 1.0)
+    cut: float = number(0.0, 100.0)
     shortest_s: float = number(0.0, 10.0)
     contradiction_m: float = number(0.0, 10.0)
     carried: float = number(0.0, 10.0)
+    borne: float = number(0.0, 10.0)
     near_m: float = number(0.0, 1.0)
     level_m: float = number(0.0, 1.0)
 
@@ -115,6 +118,25 @@ class FullBody:
     evaluations: int = number(0, 10_000)
 
 
+@dataclass(frozen=True)
+class Initial:
+    """`[initial]`: the kinematic optimisation of appendix B."""
+
+    projection: float = number(0.0)
+    velocity: float = number(0.0)
+    angle: float = number(0.0)
+    acceleration: float = number(0.0)
+    data: float = number(0.0)
+    contact_velocity: float = number(0.0)
+    floor: float = number(0.0)
+    unit_m: float = number(1e-4, 10.0)
+    focal_px: float = number(1.0, 1e5)
+    contact: float = number(0.0, 1.0)
+    huber: float = number(0.1, 10.0)
+    outlier_m: float = number(1e-3, 1.0)
+    evaluations: int = number(1, 10_000)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """All of them."""
@@ -123,15 +145,22 @@ class Settings:
     checks: Checks = option()
     forces: Forces = option()
     weights: Weights = option()
+    paper: Weights = option()
     relaxed: Relaxed = option()
     phases: PhaseRules = option()
     legs: Legs = option()
     durations: Durations = option()
     solver: Solver = option()
     body: FullBody = option()
+    initial: Initial = option()
 
 
 @cache
 def settings() -> Settings:
     """Those that ship with simrecon."""
     return tables.build(Settings, resources.toml("models", "planner", "centroidal.toml"), "centroidal.toml")
+
+
+def chosen(weights: str) -> Settings:
+    """Those with the weights of a plan: `measured` or `paper`."""
+    return settings() if weights == "measured" else replace(settings(), weights=settings().paper)
