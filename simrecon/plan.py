@@ -19,8 +19,6 @@ from simrecon.optim.covariance import Covariance
 PRIORS = ("gaussian", "flow")
 CONTACTS = ("rules", "network")
 """Names of the pose priors in `simrecon.prior`."""
-STARTS = ("fit", "paper")
-WEIGHTS = ("measured", "paper")
 STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
 
@@ -149,14 +147,10 @@ class SoftContact:
 
 @dataclass(frozen=True)
 class Centroidal:
-    """`[centroidal]`: the planner of that name, `planners.centroidal`; the section may be left out.
+    """`[centroidal]`: what that planner begins with, and its weights; `paper` is Rempe 2020 (B.3, 3.1)."""
 
-    `start` is the motion that it begins with: that of the kinematic fit, or of the kinematic optimisation of
-    Rempe 2020, appendix B. `weights` are those of its objective: ours, or the paper's.
-    """
-
-    start: str = choice(*STARTS, default="fit")
-    weights: str = choice(*WEIGHTS, default="measured")
+    start: str = choice("fit", "paper", default="fit")
+    weights: str = choice("measured", "paper", default="measured")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The planner `centroidal`: contacts and centroidal dynamics of a whole clip (Rempe et al. 2020).
 
 settings    all numbers, from `models/planner/centroidal.toml`
+kinematic   the paper's own motion to begin with, which may stand for the fit's; energies, plane
 inputs      the person of a fit as one body with points that touch; points, phases, touching, euler;
             labelling, resting: which contacts there are
 model       that body as unknown curves; curves, limbs
@@ -24,7 +25,7 @@ from simrecon.errors import InputError
 from simrecon.io.messages import counted
 from simrecon.kinematics import configurations
 from simrecon.plan import Plan
-from simrecon.planners.centroidal import unseen
+from simrecon.planners.centroidal import kinematic, unseen
 from simrecon.planners.centroidal.settings import chosen
 from simrecon.system import blas, extras
 from simrecon.types import Evidence, KinematicFit, Reference
@@ -44,13 +45,16 @@ def plan(fit: KinematicFit, evidence: Evidence, wanted: Plan) -> Reference:
         wanted: weights of the kinematic terms of the full body, and the section `centroidal`.
 
     Raises:
-        InputError: CasADi is missing, the clip is too short, or its floor gives way.
+        InputError: CasADi is missing, the clip is too short, its floor gives way, or nothing can be projected
+            though the plan is to start as the paper.
     """
     check(fit)
     extras.load("casadi", NAME, f"planner {NAME}")
+    numbers = chosen(wanted.centroidal.weights)
+    if wanted.centroidal.start == "paper":
+        fit, _ = kinematic.optimised(fit, evidence, wanted, numbers)
     from simrecon.planners.centroidal import solving
 
-    numbers = chosen(wanted.centroidal.weights)
     planned = solving.planned(fit, numbers)
     qpos = solving.full_body(fit, planned, wanted.kinematics, numbers.body)
     places, forces = np.swapaxes(planned.places_m, 0, 1), np.swapaxes(planned.force_N, 0, 1)  # (T, P, 3)
