@@ -5,8 +5,8 @@
 over root and joint angles, first without E_floor, then with the floor through the contacts (`plane`), by
 trust region reflective. Ours: the skeleton is that of the fit, whose points stand for the paper's 28 joints,
 and its angles are rotation vectors, which have no singularity; and the search begins at the fit, where the
-paper has inverse kinematics. The paper names no units: lengths are in centimetres, as in the estimates that it
-starts from, and pixels those of its focal length of 2000.
+paper has inverse kinematics. The paper names no units: lengths are in centimetres, as in the estimates that
+it starts from, and pixels those of its focal length of 2000.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ def optimised(
     start = np.zeros((len(data.base), FREE))
     root, _, rotvecs = layout.from_qpos(fit.qpos)
     start[:, :AXES], start[:, AXES:] = root, np.swapaxes(rotvecs, 0, 1).reshape(len(root), -1)
-    near = _searched(data, start.ravel())
+    near = searched(data, start.ravel())
     soles = data.feet_m(near) - data.radii_m[:, None, None] * [0.0, 0.0, 1.0]
     floor, contact = through(soles, data.contact, settings.initial.huber, settings.initial.outlier_m)
-    found = _searched(replace(data, contact=contact, floor=floor), near)
+    found = searched(replace(data, contact=contact, floor=floor), near)
     root, rotvecs, _ = layout.split(layout.from_frames(found, np.zeros(0)), len(data.base))
     qpos = layout.to_qpos(root, data.base, rotvecs)
     com = configurations(fit.body, qpos)[0]
@@ -70,8 +70,8 @@ def prepared(fit: KinematicFit, evidence: Evidence, plan: Plan, settings: Settin
     see = resume(fit, evidence, plan.kinematics)[0].observations
     if see.world_to_camera is None or not np.any(see.ray_weights > 0.0):
         raise InputError(
-            '[centroidal] start = "paper": found no 2D landmarks with a camera, and nothing else says where the '
-            'person is there; valid: such landmarks, or start = "fit"'
+            '[centroidal] start = "paper": found no 2D landmarks with a camera, and nothing else says where '
+            'the person is there; valid: such landmarks, or start = "fit"'
         )
     root, base, rotvecs = layout.from_qpos(fit.qpos)
     pose = forward.forward(fit.body.skeleton, root, base, rotvecs, 1.0)
@@ -101,7 +101,8 @@ def _relabelled(fit: KinematicFit, dropped: Flags) -> ContactLabels | None:
     return replace(fit.contacts, probability=labels)
 
 
-def _searched(data: Data, start: Array) -> Array:
+def searched(data: Data, start: Array) -> Array:
+    """The unknowns (T · FREE,) of the least objective near some."""
     end = least_squares(
         lambda x: rows(data, x)[0], start, lambda x: rows(data, x)[1],
         method="trf", tr_solver="lsmr", x_scale=1.0, ftol=1e-4, xtol=1e-6, gtol=1e-6,

@@ -58,8 +58,10 @@ def through(places_m: Array, contact: Flags, huber_: float, outlier_m: float) ->
     """The floor of the contacts of P points, and these contacts without the outliers.
 
     Args:
-        places_m: (P, T, 3); contact: (P, T).
-        huber_: as above; outlier_m: farther from the floor is no contact.
+        places_m: (P, T, 3).
+        contact: (P, T).
+        huber_: as above.
+        outlier_m: farther from the floor is no contact.
     """
     floor = huber(places_m[contact], huber_)
     return floor, contact & (np.abs(floor.over_m(places_m)) <= outlier_m)
