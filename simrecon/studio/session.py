@@ -17,6 +17,7 @@ from simrecon.studio.player import Player
 from simrecon.studio.tab import Tab
 
 TABS_MAX = 8
+_PATIENCE_S = 5.0
 TAB = "tab"
 """Listeners are told that another tab is looked at."""
 
@@ -38,6 +39,7 @@ class Session:
         self.player = Player()
         self.listeners: list[Callable[[str], None]] = []
         self.lock = threading.RLock()
+        self._loading: list[threading.Thread] = []
 
     def open(
         self,
@@ -80,7 +82,9 @@ class Session:
             self.tabs.append(tab)
         self.show(tab)
         if load:
-            threading.Thread(target=tab.load, daemon=True, name="simrecon evidence").start()
+            loading = threading.Thread(target=tab.load, daemon=True, name="simrecon evidence")
+            self._loading.append(loading)
+            loading.start()
 
     def show(self, tab: Tab) -> None:
         """Look at another tab."""
@@ -104,9 +108,11 @@ class Session:
         return any(tab.unsaved for tab in self.tabs)
 
     def end(self) -> None:
-        """Close all."""
+        """Close all, and wait a while for what is being read: libraries do not like to be cut off."""
         for tab in self.tabs:
             tab.close()
+        for loading in self._loading:
+            loading.join(_PATIENCE_S)
 
     def _open_player(self) -> None:
         clip = None if self.current is None else self.current.clip

@@ -274,7 +274,7 @@
       await view.load(model);
     } catch (error) {
       view = null;
-      $("message").textContent = `The 3D view needs WebGL, which this browser does not give (${error.message || error}).`;
+      $("message").textContent = `The 3D view needs WebGL, which this browser does not give (${String(error.message || error).replace(/\.$/, "")}).`;
       $("message").hidden = false;
       return;
     }
