@@ -28,7 +28,7 @@ from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 5
+VERSION = 6
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048

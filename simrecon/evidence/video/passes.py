@@ -20,7 +20,8 @@ from simrecon.evidence.video.tracker import Tracker
 KEPT_MAX = 150
 """Frames; five seconds of most videos, some 40 MB of 1080p."""
 CLEAR = 0.55
-"""Mean score from which a pose is good enough to begin a backward pass at."""
+"""Mean score from which a pose is good enough to begin a backward pass at, and to count where only that pass
+sees anybody: less is somebody who is half hidden, whose landmarks the network squeezes into what is seen."""
 CLEARER = 0.03
 """By so much the backward pass has to be better than the forward one."""
 LOST_MAX = 15
@@ -100,7 +101,8 @@ class Passes:
             replaces = replaces and not (
                 seen is not None and kept.pose is not None and _agree(kept.pose, seen)
             )
-            worse = seen is None or (kept.pose is not None and clarity(seen) < clarity(kept.pose) + CLEARER)
+            least = CLEAR if kept.pose is None else clarity(kept.pose) + CLEARER
+            worse = seen is None or clarity(seen) < least
             if worse and not (replaces and seen is not None):
                 continue
             better[kept.index] = seen
