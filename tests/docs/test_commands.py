@@ -39,6 +39,7 @@ NOT_RUN = {
     r"simrecon models fetch$": "fetches weights from a network",
     r"simrecon export .* --to usd$": "needs an extra",
     r"simrecon batch .* --scheduler ": "needs a cluster",
+    r"python -m tools\.bench\.(tracking|long_video) ": "needs the weights of the network, and videos",
     r"python -m tools\.ops\.slurm_batch ": "needs Slurm",
     r"simrecon bench [a-z_]+ --data (DIR|CLIPS) ": "takes hours, on clips of one's own",
     r"simrecon studio ": "needs an extra, and serves until it is stopped",

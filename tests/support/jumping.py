@@ -9,6 +9,7 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon import prior
 from simrecon.kinematics import forward
+from simrecon.kinematics.layout import SEGMENTS
 from simrecon.types import Camera, Evidence
 from tests.kinematics import conftest as makers
 
@@ -32,7 +33,7 @@ def seen(
     skeleton = bodies.scaled({}, height_m)
     root = way(high_m, on_top_s, below_s)
     times = np.arange(len(root)) / RATE_HZ
-    rotvecs = np.zeros((makers.SEGMENTS, len(root), 3))
+    rotvecs = np.zeros((SEGMENTS, len(root), 3))
     rotvecs[1:] = prior.gaussian(skeleton).mean_rad[:, None]
     for side in ("left", "right"):
         rotvecs[skeleton.names.index(f"{side}_shoulder"), :, 1] += 0.5 * np.sin(4 * times)
