@@ -30,11 +30,12 @@ def known(**better: float) -> dict[str, Any]:
         "clips": [{"part": "train", "seconds": 4.97, "frames": 150, "simulated": 120, **far}],
         "motions": [51, 18], "windows": 40, "tests": [3, 2], "test_names": ["a", "a", "b"], "seeds": 2,
         "scores": {
-            f"{kind} {seed}": {name: scores(kind, seed, name) for name in ("cvae", "dlow")}
+            f"{kind} {seed}": {name: scores(kind, seed, name) for name in ("cvae", "dlow", "seen")}
             for kind in KINDS
             for seed in range(2)
         },
-        "still": {"ade": [0.2], "fde": [0.3], "apd": [0.0]}, "true_looks": [1.0, 2.0, 3.0],
+        "still": {"ade": [0.2], "fde": [0.3], "apd": [0.0]}, "still_seen": {"ade": [0.2]},
+        "true_looks": [1.0, 2.0, 3.0],
         "true_nearest": dict.fromkeys(KINDS, 0.15), "speed_s": 0.04,
         "simulated": [
             {"to_the_end": True, "balanced": True}, {"to_the_end": False, "balanced": False}, {"refused": "x"}
@@ -46,6 +47,7 @@ def test_the_page_has_all_tables() -> None:
     page = synthesis_page.page(known(simulation=0.9))
     assert "| train | 1 of 51 | 5 | 80.0 | 50 | 50 | 50 | 50 |" in page
     assert "| DLow | (b) simulated | 0.081 (0.081–0.081) |" in page
+    assert "| amount of data | ADE with every second recording against all | +0.0 % |" in page
     assert "1 of 2 futures are followed to the end" in page
     assert "--seconds 5 " in page
     assert max(len(line) for line in page.splitlines() if not line.startswith("|")) <= 120

@@ -38,6 +38,8 @@ PAGE = CHECKOUT / "docs" / "results" / "synthesis.md"
 NEUTRAL = Stand(np.eye(3), np.zeros(3), 1.0)
 APART = 3
 """Frames from one training window to the next, among which the nearest is looked for."""
+SEEN_EACH = 5
+"""Of the windows of the training motions so many-th is scored."""
 SPEED_RUNS = 20
 
 
@@ -71,11 +73,14 @@ def facts(options: argparse.Namespace) -> dict[str, Any]:
     heights = synthesis_data.heights(corpus)
     learned_from = synthesis_data.clips(corpus, split.train)
     tests = synthesis_data.tests(synthesis_corpus.truths(corpus, split.test), heights)
+    seen = synthesis_data.tests(learned_from, heights)[::SEEN_EACH]
     scores: dict[str, Any] = {}
     for kind in (*KINDS, HALF):
         for seed in range(options.seeds):
             network = _network(options, learned_from, kind, seed)
-            scores[f"{kind} {seed}"] = _scored(network, seed, tests, _known(learned_from, kind, heights))
+            found = _scored(network, seed, tests, _known(learned_from, kind, heights))
+            found["seen"] = _listed(synthesis_scores.score(synthesis_scores.learned(network, seed), seen))
+            scores[f"{kind} {seed}"] = found
             print(f"{kind} {seed}: {_brief(scores[f'{kind} {seed}'])}", flush=True)
     return {
         "clips": [synthesis_corpus.figures(clip) for clip in synthesis_data.clips(corpus, split.names)],
@@ -86,6 +91,7 @@ def facts(options: argparse.Namespace) -> dict[str, Any]:
         "seeds": options.seeds,
         "scores": scores,
         "still": _listed(synthesis_scores.score(synthesis_scores.still, tests)),
+        "still_seen": _listed(synthesis_scores.score(synthesis_scores.still, seen)),
         "true_looks": synthesis_scores.looks(np.stack([test.joints_m[CONTEXT:] for test in tests])),
         "true_nearest": _true_nearest(tests, learned_from, heights),
         "speed_s": _speed_s(network_file.shipped(), tests[0]),

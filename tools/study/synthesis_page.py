@@ -46,6 +46,7 @@ def page(known: dict[str, Any]) -> str:
         f"## What is learned from\n\n{corpus(known)}",
         f"## Table 5 of Xie 2021\n\n{scores(known)}",
         f"## (b) against (c), and against (a)\n\n{against(known)}",
+        f"## Why the difference is what it is\n\n{why(known)}",
         f"## Beyond the paper\n\n{looks(known)}",
         f"## Targets\n\n{table(target_head, synthesis_targets.targets(known))}",
     ]
@@ -128,6 +129,35 @@ def against(known: dict[str, Any]) -> str:
     text = """The interval is of a bootstrap over the test motions. Beyond the seeds' spread: every seed of
         the one is on the same side of every seed of the other."""
     return f"{table(head, rows)}\n{paragraph(text)}"
+
+
+def why(known: dict[str, Any]) -> str:
+    """A test each of reconstruction, amount of data, and model."""
+    found = [clip for clip in known["clips"] if clip["part"] == "train"]
+    weights = [clip["simulated"] for clip in found]
+    fit, simulation = (
+        np.average([clip[f"{of}_mpjpe_mm"] for clip in found], weights=weights)
+        for of in ("fit", "simulation")
+    )
+    ades = {kind: float(values(known, kind, "dlow", "ade").mean()) for kind in TITLES}
+    seen = float(values(known, "truth", "seen", "ade").mean())
+    rows = [
+        ["reconstruction", "joints of the training motions from the recordings, fit and simulation",
+         f"{fit:.0f} and {simulation:.0f} mm"],
+        ["reconstruction", "ADE of (b) and (c) against (a), DLow",
+         f"{_percent(ades['simulation'], ades['truth'])} and {_percent(ades['fit'], ades['truth'])}"],
+        ["amount of data", "ADE with every second recording against all",
+         _percent(ades["half"], ades["truth"])],
+        ["model", "ADE of (a) on recordings that it has seen, and on others",
+         f"{seen:.3f} and {ades['truth']:.3f} m"],
+        ["model", "the same of the last pose, held",
+         " and ".join(f"{np.mean(known[key]['ade']):.3f}" for key in ("still_seen", "still")) + " m"],
+    ]  # fmt: skip
+    return table(["what", "test", "measured"], rows)
+
+
+def _percent(one: float, other: float) -> str:
+    return f"{100 * (one / other - 1):+.1f} %"
 
 
 def looks(known: dict[str, Any]) -> str:

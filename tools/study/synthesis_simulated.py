@@ -29,14 +29,15 @@ GRAVITY_MPS2 = 9.81
 def followed(corpus: Path, tests: list[Test], options: argparse.Namespace) -> list[dict[str, Any]]:
     """Run futures of motions of the corpus that are simulated, spread over the tests; those done are kept."""
     rows: list[dict[str, Any]] = []
-    names = sorted({test.name for test in tests if (corpus / "results" / test.name / "motion.npz").is_file()})
-    moments = -(-options.simulate // EACH)
-    for number in range(moments if names else 0):
+    names = sorted({test.name for test in tests})
+    for number in range(-(-options.simulate // EACH)):
         name, turn = names[number % len(names)], number // len(names)
-        folder = options.work / "simulated" / f"{name}_{turn}"
+        source, folder = corpus / "results" / name, options.work / "simulated" / f"{name}_{turn}"
+        if not (source / "motion.npz").is_file():
+            continue
         record = folder / "followed.json"
         if not record.is_file():
-            atomic.write_json(record, _run(corpus / "results" / name, folder, turn, options.threads))
+            atomic.write_json(record, _run(source, folder, turn, options.threads))
         rows += json.loads(record.read_text(encoding="utf-8"))
     return rows
 
