@@ -125,7 +125,8 @@ def test_looks_count_what_is_wrong_with_feet() -> None:
 def test_the_nearest_is_nearest(rng: np.random.Generator) -> None:
     known = rng.standard_normal((5, 4, len(POINTS), 3))
     near = known[[2]] + 7.0  # the root is not looked at
-    np.testing.assert_allclose(synthesis_scores.nearest_m(near, known), 0.0, atol=1e-6)
+    flat = synthesis_scores.flat
+    np.testing.assert_allclose(synthesis_scores.nearest_m(flat(near), flat(known)), 0.0, atol=1e-6)
 
 
 def test_how_far_a_place_is_outside_of_points() -> None:

@@ -28,7 +28,6 @@ from simrecon.synthesis.network import Network
 from simrecon.types import Array
 from tools import CHECKOUT
 from tools.study import synthesis_page, synthesis_scores, synthesis_simulated
-from tools.study.synthesis_scores import Sampler
 from tools.train import synthesis, synthesis_corpus, synthesis_data
 from tools.train.synthesis_corpus import KINDS, Clip
 from tools.train.synthesis_data import Test
@@ -74,11 +73,12 @@ def facts(options: argparse.Namespace) -> dict[str, Any]:
     learned_from = synthesis_data.clips(corpus, split.train)
     tests = synthesis_data.tests(synthesis_corpus.truths(corpus, split.test), heights)
     seen = synthesis_data.tests(learned_from, heights)[::SEEN_EACH]
+    known = {kind: _known(learned_from, kind, heights) for kind in (*KINDS, HALF)}
     scores: dict[str, Any] = {}
     for kind in (*KINDS, HALF):
         for seed in range(options.seeds):
             network = _network(options, learned_from, kind, seed)
-            found = _scored(network, seed, tests, _known(learned_from, kind, heights))
+            found = _scored(network, seed, tests, known[kind])
             found["seen"] = _listed(synthesis_scores.score(synthesis_scores.learned(network, seed), seen))
             scores[f"{kind} {seed}"] = found
             print(f"{kind} {seed}: {_brief(scores[f'{kind} {seed}'])}", flush=True)
@@ -93,7 +93,7 @@ def facts(options: argparse.Namespace) -> dict[str, Any]:
         "still": _listed(synthesis_scores.score(synthesis_scores.still, tests)),
         "still_seen": _listed(synthesis_scores.score(synthesis_scores.still, seen)),
         "true_looks": synthesis_scores.looks(np.stack([test.joints_m[CONTEXT:] for test in tests])),
-        "true_nearest": _true_nearest(tests, learned_from, heights),
+        "true_nearest": _true_nearest(tests, known),
         "speed_s": _speed_s(network_file.shipped(), tests[0]),
         "simulated": synthesis_simulated.followed(corpus, tests, options),
     }
@@ -110,33 +110,35 @@ def _network(options: argparse.Namespace, found: list[Clip], kind: str, seed: in
 
 
 def _known(found: list[Clip], kind: str, heights: dict[str, float]) -> Array:
-    """Futures (M, F, K, 3) of the training windows, as the network was shown them."""
+    """Futures (M, D) of the training windows, as the network was shown them."""
     part, of = (found[::2], "truth") if kind == HALF else (found, kind)
     data = synthesis_data.windows(part, of, heights, APART)
-    return places(data.future[data.there.all(axis=1)], NEUTRAL)
+    return synthesis_scores.flat(places(data.future[data.there.all(axis=1)], NEUTRAL))
 
 
 def _scored(network: Network, seed: int, tests: list[Test], known: Array) -> dict[str, Any]:
     """Scores by sampler and test, and how near samples are to training motions on average."""
+    befores = [test.joints_m[:CONTEXT] for test in tests]
+    contexts = [
+        features(before, stand(before[-1], test.height_m))
+        for test, before in zip(tests, befores, strict=True)
+    ]
     found: dict[str, Any] = {}
     for name, sampler in (("cvae", synthesis_scores.plain), ("dlow", synthesis_scores.learned)):
         found[name] = _listed(synthesis_scores.score(sampler(network, seed), tests))
-        found[name]["nearest_m"] = [_nearest_m(sampler(network, seed), test, known) for test in tests]
+        sample = sampler(network, seed)
+        made = np.concatenate([synthesis_scores.flat(places(sample(one), NEUTRAL)) for one in contexts])
+        near = synthesis_scores.nearest_m(made, known).reshape(len(tests), -1)
+        found[name]["nearest_m"] = near.mean(axis=1).tolist()
     return found
 
 
-def _nearest_m(sampler: Sampler, test: Test, known: Array) -> float:
-    before = test.joints_m[:CONTEXT]
-    made = places(sampler(features(before, stand(before[-1], test.height_m))), NEUTRAL)
-    return float(synthesis_scores.nearest_m(made, known).mean())
-
-
-def _true_nearest(tests: list[Test], found: list[Clip], heights: dict[str, float]) -> dict[str, float]:
+def _true_nearest(tests: list[Test], known: dict[str, Array]) -> dict[str, float]:
     """How near true futures are to training motions of each kind."""
     values = [features(test.joints_m, stand(test.joints_m[CONTEXT - 1], test.height_m)) for test in tests]
     true = places(np.stack(values)[:, CONTEXT:], NEUTRAL)
     return {
-        kind: float(synthesis_scores.nearest_m(true, _known(found, kind, heights)).mean())
+        kind: float(synthesis_scores.nearest_m(synthesis_scores.flat(true), known[kind]).mean())
         for kind in (*KINDS, HALF)
     }
 

@@ -83,11 +83,15 @@ def looks(joints_m: Array) -> tuple[float, float, float]:
     return tuple(100.0 * float(part.mean()) for part in (skate, sunk, windows))  # type: ignore[return-value]
 
 
-def nearest_m(joints_m: Array, known: Array) -> Array:
-    """Mean joint distance (N,) m of futures (N, F, K, 3) from the nearest of M known ones, both in `stand`.
+def flat(joints_m: Array) -> Array:
+    """Futures (N, F, K, 3) as vectors (N, D) of root-aligned joints, m."""
+    return futures.aligned(joints_m[..., _SCORED, :]).reshape(len(joints_m), -1)
 
-    The distance is the root of the mean square over frames and joints, root-aligned.
+
+def nearest_m(one: Array, known: Array) -> Array:
+    """Distance (N,) m of futures (N, D) from the nearest of known ones (M, D), both `flat` and in `stand`.
+
+    It is the root of the mean square over frames and joints.
     """
-    one, other = (futures.aligned(part[..., _SCORED, :]).reshape(len(part), -1) for part in (joints_m, known))
-    squared = (one**2).sum(1)[:, None] + (other**2).sum(1) - 2 * one @ other.T
+    squared = (one**2).sum(1)[:, None] + np.einsum("md,md->m", known, known) - 2 * one @ known.T
     return np.asarray(np.sqrt(np.maximum(squared.min(axis=1), 0.0) / (one.shape[1] / 3)))
