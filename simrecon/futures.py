@@ -21,7 +21,7 @@ from simrecon.observer import SILENT, Observer
 from simrecon.results import Result, kinematic
 from simrecon.results.folder import MOTION, PAGE
 from simrecon.synthesis import Futures, Known
-from simrecon.types import Evidence
+from simrecon.types import Evidence, Scene
 
 PLAN = "quick"
 SAMPLES_MAX = 1000
@@ -89,8 +89,7 @@ def of_job(
     if not 1 <= samples <= SAMPLES_MAX:
         raise InputError(f"--samples: found {samples}; valid: a whole number from 1 to {SAMPLES_MAX}")
     folder = Path(job.output)
-    if (folder / MOTION).exists():
-        raise InputError(f"{folder}: holds a result, which would be lost; valid: another folder")
+    _check_target(folder)
     result = _result(job, observer)
     motion, body = result.motion, result.body
     qpos = motion.qpos[:, : kinematic.coordinates(body)]
@@ -116,6 +115,13 @@ def of_job(
     return Synthesis(folder, futures, files, done)
 
 
+def _check_target(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: found a file; valid: a folder")
+    if (folder / MOTION).exists():
+        raise InputError(f"{folder}: holds a result, which would be lost; valid: another folder")
+
+
 def _result(job: Job, observer: Observer) -> Result:
     """The source as a result: what is a file is fitted, not simulated."""
     if not Path(job.input).is_dir() or not (Path(job.input) / MOTION).is_file():
@@ -123,9 +129,8 @@ def _result(job: Job, observer: Observer) -> Result:
             job, output=str(Path(job.output) / "motion"), planner="none", engine="none", no_report=True
         )
         return running.run(fitted, observer, overwrite=True)
-    said = [
-        name for name, usual in (("reading", Reading()), ("person", Person())) if getattr(job, name) != usual
-    ]
+    usual = {"reading": Reading(), "person": Person(), "scene": Scene()}
+    said = [name for name, value in usual.items() if getattr(job, name) != value]
     if said:
         raise InputError(
             f"{job.input}: found options of the {' and the '.join(said)} for a result, which says all of it; "
@@ -135,8 +140,11 @@ def _result(job: Job, observer: Observer) -> Result:
 
 
 def _written(folder: Path, futures: Futures) -> tuple[Path, ...]:
-    """One evidence file for each future."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """One evidence file for each future; those of an earlier synthesis go."""
+    with atomic.reported(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in folder.glob("future_[0-9][0-9]*.npz"):
+            path.unlink()
     digits = max(2, len(str(len(futures.qpos) - 1)))
     paths = tuple(folder / f"future_{row:0{digits}d}.npz" for row in range(len(futures.qpos)))
     for path, seen in zip(paths, _evidence(futures), strict=True):

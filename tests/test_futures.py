@@ -14,6 +14,7 @@ import simrecon
 from simrecon import cli, evidence, futures, running, synthesis
 from simrecon.errors import InputError
 from simrecon.synthesis import Futures
+from simrecon.types import Ground
 from tests.support.futures import known
 from tests.support.runs import hasty, seen
 
@@ -64,8 +65,20 @@ def test_a_fitted_motion_is_a_result_of_its_own(folder: Path, motion: Path) -> N
     np.testing.assert_allclose(made.futures.times_s[0], 2.6)
     with pytest.raises(InputError, match="found options of the person for a result"):
         simrecon.synthesize(folder / "motion", motion.parent / "x", person=simrecon.Person(mass_kg=60.0))
+    scene = simrecon.Scene(ground=Ground(height_m=0.3))
+    with pytest.raises(InputError, match="found options of the scene for a result"):
+        simrecon.synthesize(folder / "motion", motion.parent / "x", scene=scene)
     with pytest.raises(InputError, match="holds a result, which would be lost"):
         simrecon.synthesize(motion, folder / "motion")
+    with pytest.raises(InputError, match="found a file; valid: a folder"):
+        simrecon.synthesize(folder / "motion", motion)
+
+
+def test_futures_of_an_earlier_synthesis_go(folder: Path, motion: Path) -> None:
+    new = motion.parent / "twice"
+    for samples in (2, 1):
+        simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=samples)
+    assert [path.name for path in new.glob("*.npz")] == ["future_00.npz"]
 
 
 def test_what_is_impossible_is_one_line(
