@@ -133,7 +133,7 @@ def _bytes(digest: str, result: WindowResult) -> bytes:
         "term_names": np.array(list(result.loss_terms), dtype=str),
         "terms": np.array(list(result.loss_terms.values()), dtype=float),
         "status": result.status.name,
-        "effort": [result.effort.retry, result.effort.until],
+        "effort": dataclasses.astuple(result.effort),
         "state": result.handover.state,
         "knots_rad": result.handover.knots_rad,
         "first_knot": result.handover.first,

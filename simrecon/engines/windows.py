@@ -5,6 +5,9 @@ rollout stayed finite. The first retry goes back one window, the next one two, a
 effort of the one before and other random numbers, up to the window that fell. If the plan's retries do not
 help either, that window stays unsimulated, and the simulation begins anew at the kinematic fit of a later one
 (`restarts`), with no more than one retry for the window that it begins with.
+
+A window whose loss is in doubt (`doubts`) is solved once more together with the one before it, with other
+random numbers, and the better pair stands.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simrecon.engines import Tracker
+from simrecon.engines import Tracker, doubts
 from simrecon.engines.problem import Problem
 from simrecon.observer import SILENT, Observer
 from simrecon.sim.poses import posed
@@ -60,17 +63,38 @@ def solve(
     clock, retries = tracker.problem.clock, tracker.problem.plan.recovery.retries
     while (window := course.next()) is not None:
         observer.stage("simulation", window.start_step * clock.step_s, clock.duration_s)
-        rng = np.random.default_rng([seed, window.index, course.effort.retry])
-        result = tracker.solve(window, course.handover, rng, course.effort)
+        result = _solved(tracker, window, course.handover, course.effort, seed)
         if fell(tracker.problem, result):
             course.fell(window, retries)
             continue
-        result = course.kept(result)
-        if keep is not None:
-            keep(result)
-        observer.solved(result, windows)
+        for stands in course.kept(_reconsidered(tracker, course, result, seed)):
+            if keep is not None:
+                keep(stands)
+            observer.solved(stands, windows)
     observer.stage("simulation", clock.duration_s, clock.duration_s)
     return tuple(course.results)
+
+
+def _solved(tracker: Tracker, window: Window, handover: Handover, effort: Effort, seed: int) -> WindowResult:
+    rng = np.random.default_rng([seed, window.index, *effort.draw])
+    return tracker.solve(window, handover, rng, effort)
+
+
+def _reconsidered(
+    tracker: Tracker, course: _Course, result: WindowResult, seed: int
+) -> tuple[WindowResult, ...]:
+    """A window that did not fall, or it and the one before it where both are better solved again."""
+    before = course.before(result.window)
+    if before is None or not doubts.doubtful(tracker.problem.plan.recovery, before, result):
+        return (result,)
+    tried: list[WindowResult] = []
+    effort, handover = doubts.again(before, result), course.handover_of(before.window)
+    for window in (before.window, result.window):
+        tried.append(_solved(tracker, window, handover, effort, seed))
+        if fell(tracker.problem, tried[-1]):
+            return (result,)
+        handover = tried[-1].handover
+    return tuple(tried) if doubts.better(tried, [before, result]) else (result,)
 
 
 class _Course:
@@ -108,19 +132,35 @@ class _Course:
     @property
     def handover(self) -> Handover:
         """What the next window begins with."""
-        return self._anew if self._index == self._begin else self.results[-1].handover
+        return self.handover_of(self._windows[self._index])
+
+    def handover_of(self, window: Window) -> Handover:
+        """What a window begins with, the next one or one that is solved."""
+        if window.index == self._begin:
+            return self._anew
+        return next(one.handover for one in self.results if one.window.index == window.index - 1)
+
+    def before(self, window: Window) -> WindowResult | None:
+        """The window before the next one, in the same simulation; None where it begins."""
+        return self.results[-1] if self.results and window.index > self._begin else None
 
     def is_restart(self, window: Window) -> bool:
         """Whether a simulation begins anew with a window."""
         return window.index == self._begin > 0
 
-    def kept(self, result: WindowResult) -> WindowResult:
-        """Keep a window that did not fall, with the word on the gap before it."""
-        if self.is_restart(result.window):
+    def kept(self, solved: tuple[WindowResult, ...]) -> tuple[WindowResult, ...]:
+        """Keep windows that did not fall, with the word on a gap before the first one.
+
+        Args:
+            solved: the next window, or it and those before it in the place of what there was.
+        """
+        first = solved[0].window
+        del self.results[len(self.results) - (len(solved) - 1) :]
+        if self.is_restart(first):
             gap_from = self.results[-1].window.index + 1 if self.results else 0
-            result = replace(result, gap_from=gap_from)
-        self.results.append(result)
-        return result
+            solved = (replace(solved[0], gap_from=gap_from), *solved[1:])
+        self.results.extend(solved)
+        return solved
 
     def fell(self, window: Window, retries: int) -> None:
         """A window fell: go back, or leave it."""

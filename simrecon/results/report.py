@@ -171,6 +171,7 @@ def _window(result: WindowResult, step_s: float) -> dict[str, Any]:
         "end_s": window.end_step * step_s,
         "status": result.status.value,
         "retry": result.effort.retry,
+        "again": result.effort.again,
         "loss": result.loss,
         "loss_terms": result.loss_terms,
         "descent_steps": result.descent_steps,

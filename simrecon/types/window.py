@@ -45,15 +45,22 @@ class WindowStatus(Enum):
 
 @dataclass(frozen=True)
 class Effort:
-    """What a window is solved with after a fall.
+    """What a window is solved with after a fall, or after a doubt.
 
     Attributes:
         retry: 0 at first; each one doubles generations and descent steps and draws other random numbers.
-        until: index of the last window that is solved so, the one that fell.
+        until: index of the last window that is solved so, the one that fell, or whose loss was in doubt.
+        again: how often it was solved again because of a doubt, which draws other random numbers only.
     """
 
     retry: int = 0
     until: int = -1
+    again: int = 0
+
+    @property
+    def draw(self) -> tuple[int, ...]:
+        """Of its random numbers, beside the seed and the window."""
+        return (self.retry, self.again) if self.again else (self.retry,)
 
     @property
     def factor(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -133,12 +133,10 @@ def test_any_corridor_is_left_by_who_lies_down(problem: Problem) -> None:
     assert not clip.fell(replace(problem, plan=without), result)
 
 
-@pytest.mark.parametrize("known", range(9))
-def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: int) -> None:
-    falls = {1: 1, 2: 2}
-    whole, kept = solve(Scripted(problem, falls))
-    state: list[WindowResult] = []  # what a checkpoint holds after `known` windows were kept
-    tracker = Scripted(problem, falls)
+def killed(tracker: Scripted, known: int) -> tuple[WindowResult, ...]:
+    """What a checkpoint holds of a run that was killed after so many windows were kept."""
+    state: list[WindowResult] = []
+    left = [known]
 
     class KilledError(Exception):
         pass
@@ -146,18 +144,74 @@ def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: i
     def keep(result: WindowResult) -> None:
         del state[result.window.index :]
         state.append(result)
-        keep.count += 1  # type: ignore[attr-defined]
-        if keep.count == known:  # type: ignore[attr-defined]
+        left[0] -= 1
+        if not left[0]:
             raise KilledError
 
-    keep.count = 0  # type: ignore[attr-defined]
-    assert known <= len(kept)
-    windows = schedule.cut(problem.clock, problem.plan)
     if known:
+        windows = schedule.cut(tracker.problem.clock, tracker.problem.plan)
         with pytest.raises(KilledError):
-            clip.solve(tracker, windows, warm_start.from_fit(problem), 7, keep=keep)
-    again, _ = solve(Scripted(problem, falls), tuple(state))
+            clip.solve(tracker, windows, warm_start.from_fit(tracker.problem), 7, keep=keep)
+    return tuple(state)
+
+
+def check_it_goes_on(make: Callable[[], Scripted], known: int) -> None:
+    whole, kept = solve(make())
+    assert known <= len(kept)
+    again, _ = solve(make(), killed(make(), known))
     assert [r.window.index for r in again] == [r.window.index for r in whole]
     assert [r.effort for r in again] == [r.effort for r in whole]
     for one, two in zip(again, whole, strict=True):
         np.testing.assert_array_equal(one.ctrl, two.ctrl)
+
+
+@pytest.mark.parametrize("known", range(9))
+def test_who_goes_on_at_any_moment_ends_with_the_same(problem: Problem, known: int) -> None:
+    check_it_goes_on(lambda: Scripted(problem, {1: 1, 2: 2}), known)
+
+
+class Costly(Scripted):
+    """Losses by window and draw: {(window, again): loss}, 1 where nothing is said."""
+
+    def __init__(self, problem: Problem, losses: dict[tuple[int, int], float]) -> None:
+        doubting = replace(problem.plan.recovery, doubt=2.0, doubt_loss=10.0)
+        super().__init__(replace(problem, plan=replace(problem.plan, recovery=doubting)), {})
+        self.losses = losses
+
+    def solve(
+        self, window: Window, handover: Handover, rng: np.random.Generator, effort: Effort
+    ) -> WindowResult:
+        result = super().solve(window, handover, rng, effort)
+        self.calls[-1] = (window.index, effort.again)
+        return replace(result, loss=self.losses.get(self.calls[-1], 1.0))
+
+
+@pytest.mark.parametrize(
+    ("losses", "calls", "stands"),
+    [
+        ({(1, 0): 9.0}, [(0, 0), (1, 0), (2, 0), (3, 0)], [0, 0, 0, 0]),  # too little to be in doubt
+        ({(0, 0): 30.0, (1, 0): 50.0}, [(0, 0), (1, 0), (2, 0), (3, 0)], [0, 0, 0, 0]),  # not steep
+        ({(1, 0): 50.0, (1, 1): 9.0}, [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (3, 0)], [1, 1, 0, 0]),
+        ({(1, 0): 50.0, (0, 1): 99.0}, [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (3, 0)], [0, 0, 0, 0]),
+        # what was solved again isn't in doubt once more, but what follows may be
+        (
+            {(1, 0): 50.0, (1, 1): 40.0, (2, 0): 90.0, (1, 2): 30.0, (2, 2): 20.0},
+            [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (1, 2), (2, 2), (3, 0)],
+            [1, 2, 2, 0],
+        ),
+    ],
+)
+def test_a_loss_that_rises_steeply_has_the_last_two_windows_solved_again(
+    problem: Problem, losses: dict[tuple[int, int], float], calls: list[tuple[int, int]], stands: list[int]
+) -> None:
+    tracker = Costly(problem, losses)
+    results, _ = solve(tracker)
+    assert tracker.calls == calls
+    assert [result.effort.again for result in results] == stands
+    assert len(set(tracker.draws)) == len(calls)  # other random numbers each time
+
+
+@pytest.mark.parametrize("known", range(7))
+def test_who_goes_on_after_a_doubt_ends_with_the_same(problem: Problem, known: int) -> None:
+    losses = {(1, 0): 50.0, (1, 1): 40.0, (2, 0): 90.0, (1, 2): 30.0, (2, 2): 20.0}
+    check_it_goes_on(lambda: Costly(problem, losses), known)

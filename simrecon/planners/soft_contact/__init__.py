@@ -4,6 +4,7 @@ masses      the person as point masses
 forces      the forces of a scene that explain a wrench best
 physics     what moves the body, and what pushing costs
 objective   both with the evidence terms of the kinematic fit
+steady      what keeps its forces smooth, and its place the fit's
 curvature   of all that, for the search
 
 It goes on where the kinematic fit has ended, with the same unknowns, evidence and search, in rounds with ever
@@ -64,10 +65,17 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
     surfaces = [fit.scene.ground.friction, *(item.friction for item in fit.scene.items)]
     friction = np.array([surface.sliding for surface in surfaces])
     asked = settings.soft_contact
-    scales = Scales(distance_m=asked.distance_m, slip_mps=asked.slip_mps, rest=asked.rest)
+    scales = Scales(
+        distance_m=asked.distance_m,
+        slip_mps=asked.slip_mps,
+        rest=asked.rest,
+        rate_per_s=asked.rate_per_s,
+        place_m=asked.place_m,
+    )
     world = World(Masses.of(fit.body), fit.body.height_m, friction, scales)
+    near_m = configurations(fit.body, placed.qpos)[0]
     for unit in asked.units:
-        planned = Planned(problem, world.in_units(unit), asked.weight)
+        planned = Planned(problem, world.in_units(unit), asked.weight, near_m)
         curved = partial(curvature, planned)
         variables, _ = search.minimise(planned, curved, variables, asked.evaluations, shared=False)
     motion, found = planned.explained(variables.pack())

@@ -18,6 +18,7 @@ from simrecon.kinematics.hessian import Curvature
 from simrecon.kinematics.jacobian import of_points
 from simrecon.kinematics.layout import FREE, Variables
 from simrecon.kinematics.state import State
+from simrecon.planners.soft_contact import steady
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.objective import Planned
 from simrecon.planners.soft_contact.physics import Motion
@@ -53,11 +54,16 @@ def _blocks(motion: Motion, found: Explained, unit: float) -> list[Array]:
     frames = motion.masses_m.shape[1]
     blocks = [np.zeros((frames, FREE, FREE)) for _ in range(REACH + 1)]
     rows = _by_unknowns(motion)  # of frame t - 1, t and t + 1, (n, 6, FREE) each
-    weighted = [unit * np.linalg.solve(found.stiffness, row) for row in rows]
+    rough = steady.rate_curvature(motion.world.change(motion.state.dt))
+    weighted = [unit * (np.linalg.solve(found.stiffness, row) + rough * row) for row in rows]
     for i in range(REACH + 1):
         for j in range(i + 1):
             blocks[i - j][j : j + frames - 2] += np.swapaxes(rows[i], 1, 2) @ weighted[j]
     _priced(motion, found, unit, blocks)
+    masses = motion.world.masses
+    moved = of_points(motion.state.problem.skeleton, motion.state.pose, masses.segments, motion.masses_m)
+    centre = np.einsum("p,tpif->tif", masses.mass_kg / masses.total_kg, moved)  # (T, 3, FREE)
+    blocks[0] += unit / motion.world.scales.place_m**2 * (np.swapaxes(centre, 1, 2) @ centre)
     return blocks
 
 
@@ -96,7 +102,8 @@ def _priced(motion: Motion, found: Explained, unit: float, blocks: list[Array]) 
     frames = len(moved)
     flat = moved.reshape(frames, -1, FREE)
     along = np.einsum("gti,tgif->tgf", motion.normals[touching], moved)  # (T, G', FREE)
-    far = np.pad(priced[touching] * (motion.apart_m[touching, 1:-1] > 0), ((0, 0), (1, 1)))
+    far = np.maximum(motion.apart_m[touching, 1:-1], 0.0) / scales.distance_m  # (G', n)
+    far = np.pad(priced[touching] * np.where(far > 0, 1.0 + 6.0 * far**2, 0.0), ((0, 0), (1, 1)))
     blocks[0] += np.swapaxes(along, 1, 2) @ ((unit / scales.distance_m**2) * far.T[..., None] * along)
     paid = motion.paid_steps(priced[touching]) * unit / (scales.slip_mps * state.dt) ** 2  # (G', T - 1)
     paid = np.repeat(paid.T, 3, axis=1)[..., None]

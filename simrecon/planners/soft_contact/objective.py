@@ -6,6 +6,7 @@ from simrecon.kinematics import forward, layout
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.state import State
+from simrecon.planners.soft_contact import steady
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.physics import Motion, World
 from simrecon.types import Array
@@ -16,11 +17,12 @@ class Planned:
 
     Attributes:
         problem: evidence and kinematic terms. world: of the physics. weight: of it.
+        fit_com_m: (T, 3) centres of mass that the plan stays near.
         losses: each term's share of the loss, by name, at the point of the last call.
     """
 
-    def __init__(self, problem: Problem, world: World, weight: float) -> None:
-        self.problem, self.world, self.weight = problem, world, weight
+    def __init__(self, problem: Problem, world: World, weight: float, fit_com_m: Array) -> None:
+        self.problem, self.world, self.weight, self.fit_com_m = problem, world, weight, fit_com_m
         self.losses: dict[str, float] = {}
         self._evidence = Objective(problem)
         self._residual: Array | None = None
@@ -30,14 +32,16 @@ class Planned:
         motion, found = self.explained(x)
         loss, gradient = self._evidence(x, motion.state)
         unit = self.weight * self.problem.dt
-        physics = unit * motion.loss(found)
-        segments, places, slopes = motion.gradient(found)
+        rough, by_wrench = steady.rate(motion.wrench, self.world.change(self.problem.dt))
+        away, by_com = steady.place(motion.com_m, self.fit_com_m, self.world.scales.place_m)
+        physics, held = unit * motion.loss(found), unit * (rough + away)
+        segments, places, slopes = motion.gradient(found, by_wrench, by_com)
         force, turns = forward.adjoint(self.problem.skeleton, motion.state.pose, segments, places, slopes)
         root, rotvecs, _ = layout.split(gradient, self.problem.frames)  # views
         root += unit * force[0]
         rotvecs += unit * turns
-        self.losses = {**self._evidence.losses, "dynamics": physics}
-        return loss + physics, gradient
+        self.losses = {**self._evidence.losses, "dynamics": physics, "steady": held}
+        return loss + physics + held, gradient
 
     def explained(self, x: Array) -> tuple[Motion, Explained]:
         """The motion at packed variables x (n,), and the forces that explain it best."""

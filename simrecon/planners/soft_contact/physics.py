@@ -1,13 +1,14 @@
 """The laws of motion as a term of a whole clip's poses, after Xie 2021, eqs. 1 to 5.
 
-    L = w Δt Σ_t min_f (½ ‖(w_t - A_t f) / σ‖² + ½ Σ_i k_i ‖f_i‖²),   f_i in the friction cone
+    L = w Δt (Σ_t min_f (½ ‖(w_t - A_t f) / σ‖² + ½ Σ_i k_i ‖f_i‖²) + S),   f_i in the friction cone
     w_t = (Σ m (ẍ - g), Σ m (x - c) × ẍ)
-    k_i = (ε + (d_i⁺ / σ_d)² + ‖ẋ_i‖² / σ_v²) / (M g)²
+    k_i = (ε + (d_i⁺ / σ_d)² + (d_i⁺ / σ_d)⁴ + ‖ẋ_i‖² / σ_v²) / (M g)²
 
 w is what moves the body, about its centre of mass c, by finite differences of its point masses; it is the
 root's row of eq. 2, for joints may exert what they like (eq. 3). Contact i at distance d that slips with ẋ
-may push, but at a price: eq. 4 with the square of the force in the place of its soft step. So forces are no
-unknowns of the search: the best ones belong to the poses (`forces`).
+may push, but at a price: eq. 4 with the square of the force in the place of its soft step, and dearer with
+the distance, so that nothing pushes from afar. So forces are no unknowns of the search: the best ones
+belong to the poses (`forces`). S is what keeps a plan `steady`.
 """
 
 from __future__ import annotations
@@ -32,16 +33,19 @@ class Scales:
     """Units of the term.
 
     Attributes:
-        force, moment: σ of force and moment as shares of body weight, and of body weight times stature.
+        share: σ, of force in body weights and of moment in these times stature.
         distance_m, slip_mps: σ_d and σ_v.
         rest: ε.
+        rate_per_s: σ_r, of the change of force and moment in these shares.
+        place_m: σ_p, of the centre of mass about that of the fit.
     """
 
-    force: float = 0.05
-    moment: float = 0.05
+    share: float = 0.05
     distance_m: float = 0.01
     slip_mps: float = 0.1
     rest: float = 1e-3
+    rate_per_s: float = 5.0
+    place_m: float = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +65,7 @@ class World:
 
     def in_units(self, share: float) -> World:
         """The same in units of force and moment of such a share of weight, and of weight times stature."""
-        return replace(self, scales=replace(self.scales, force=share, moment=share))
+        return replace(self, scales=replace(self.scales, share=share))
 
     @property
     def weight_N(self) -> float:
@@ -71,8 +75,11 @@ class World:
     @property
     def sigma(self) -> Array:
         """Units of force and moment, (6,): N and Nm."""
-        force, moment = self.scales.force, self.scales.moment * self.stature_m
-        return self.weight_N * np.repeat([force, moment], 3)
+        return self.scales.share * self.weight_N * np.repeat([1.0, self.stature_m], 3)
+
+    def change(self, dt: float) -> float:
+        """Unit of a wrench's change from frame to frame, σ_r Δt, in units of `sigma`."""
+        return self.scales.rate_per_s * dt / self.scales.share
 
 
 class Motion:
@@ -126,7 +133,7 @@ class Motion:
         scales = self.world.scales
         far = np.maximum(self.apart_m[:, 1:-1], 0.0) / scales.distance_m
         slip = np.sum(self.slips**2, axis=2) / scales.slip_mps**2  # (G, T - 1)
-        price = scales.rest + far**2 + (slip[:, 1:] + slip[:, :-1]) / 2  # (G, n)
+        price = scales.rest + far**2 + far**4 + (slip[:, 1:] + slip[:, :-1]) / 2  # (G, n)
         return np.asarray(price.T / self.world.weight_N**2)
 
     def explained(self, start: Array | None = None) -> Explained:
@@ -141,41 +148,60 @@ class Motion:
         paid = np.sum(self.cost * np.sum(found.forces**2, axis=2))
         return 0.5 * float(np.sum(found.residual**2) + paid)
 
-    def gradient(self, found: Explained) -> tuple[IntArray, Array, Array]:
-        """By points of the body: their segments (P,), places (P, T, 3) and the derivative there (P, T, 3)."""
+    def gradient(self, found: Explained, by_wrench: Array, by_com: Array) -> tuple[IntArray, Array, Array]:
+        """Of `loss`, and of whatever else has slopes by the wrench (n, 6), in its units, and by com_m (T, 3).
+
+        Returns:
+            By points of the body: their segments (P,), places (P, T, 3) and the derivative there (P, T, 3).
+        """
         touch = self.state.problem.contacts
         masses, touching, by_sphere, carried = self._by_points(found)
+        masses += self._by_masses(found.residual + by_wrench)
+        masses += self._shared(by_com)
         segments = np.concatenate((self.world.masses.segments, *[touch.segments] * 3))
         ahead = np.concatenate((self.touching_m[:, :1], self.carried_m), axis=1)  # the first has no share
         places = np.concatenate((self.masses_m, self.touching_m, self.state.spheres_m, ahead))
         return segments, places, np.concatenate((masses, touching, by_sphere, carried))
 
-    def _by_points(self, found: Explained) -> tuple[Array, Array, Array, Array]:
-        """Derivative by masses (N, T, 3), contacts, spheres and contacts a frame later, (G, T, 3) each."""
-        dt, scales, mass = self.state.dt, self.world.scales, self.world.masses.mass_kg
-        by_wrench = found.residual / self.world.sigma  # (n, 6)
-        force, moment = by_wrench[:, :3], by_wrench[:, 3:]
-        pushed = np.swapaxes(found.forces, 0, 1)  # (G, n, 3)
-        arms = self.masses_m[:, 1:-1] - self.com_m[1:-1]
-        push = mass[:, None, None] * self.acceleration
+    def _shared(self, by_com: Array) -> Array:
+        """Derivative by masses (N, ..., 3) of one by the centre of mass (..., 3)."""
+        mass = self.world.masses.mass_kg
+        return np.asarray((mass / mass.sum())[:, None, None] * by_com)
 
-        masses = np.zeros_like(self.masses_m)
+    def _by_masses(self, by_wrench: Array) -> Array:
+        """Derivative by masses (N, T, 3) of one by the wrench (n, 6), in its units."""
+        mass, dt = self.world.masses.mass_kg, self.state.dt
+        force, moment = np.split(by_wrench / self.world.sigma, 2, axis=1)
+        arms = self.masses_m[:, 1:-1] - self.com_m[1:-1]
         by_acceleration = mass[:, None, None] * (force + forward.cross(moment, arms)) / dt**2
+        masses = np.zeros_like(self.masses_m)
         masses[:, 2:] += by_acceleration
         masses[:, 1:-1] -= 2 * by_acceleration
         masses[:, :-2] += by_acceleration
-        by_arm = forward.cross(push, moment[None])
-        masses[:, 1:-1] += by_arm
+        by_arm = forward.cross(mass[:, None, None] * self.acceleration, moment[None])
+        masses[:, 1:-1] += by_arm - self._shared(by_arm.sum(axis=0))
+        return masses
+
+    def _by_points(self, found: Explained) -> tuple[Array, Array, Array, Array]:
+        """Derivative of what forces explain, and cost.
+
+        Returns:
+            By masses (N, T, 3), contacts, spheres and contacts a frame later, (G, T, 3) each.
+        """
+        dt, scales = self.state.dt, self.world.scales
+        moment = (found.residual / self.world.sigma)[:, 3:]  # (n, 3)
+        pushed = np.swapaxes(found.forces, 0, 1)  # (G, n, 3)
         lever = forward.cross(pushed, moment[None])  # (G, n, 3)
-        by_com = lever.sum(axis=0) - by_arm.sum(axis=0)
-        masses[:, 1:-1] += (mass / mass.sum())[:, None, None] * by_com
+        masses = np.zeros_like(self.masses_m)
+        masses[:, 1:-1] += self._shared(lever.sum(axis=0))
 
         touching, carried = np.zeros_like(self.touching_m), np.zeros_like(self.touching_m)
         touching[:, 1:-1] -= lever
         priced = np.sum(pushed**2, axis=2) / self.world.weight_N**2  # (G, n)
-        far = np.maximum(self.apart_m[:, 1:-1], 0.0) / scales.distance_m**2
+        far = np.maximum(self.apart_m[:, 1:-1], 0.0) / scales.distance_m
+        by_distance = priced * (far + 2 * far**3) / scales.distance_m
         by_sphere = np.zeros_like(self.touching_m)
-        by_sphere[:, 1:-1] += (priced * far)[..., None] * self.normals[:, 1:-1]
+        by_sphere[:, 1:-1] += by_distance[..., None] * self.normals[:, 1:-1]
         step = self.paid_steps(priced)[..., None] * self.slips / (scales.slip_mps**2 * dt)  # (G, T - 1, 3)
         carried[:, 1:] += step
         touching[:, :-1] -= step

@@ -1,24 +1,17 @@
-"""Plans: how a clip is cut into windows and how each is optimised. One TOML of `windows/` is one `Plan`."""
+"""The sections of a plan, each with the range of its values."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, is_dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
 
-from simrecon import resources
-from simrecon.errors import InputError
-from simrecon.io import tables, toml
-from simrecon.io.messages import hint
-from simrecon.io.tables import choice, number, option, text
+from simrecon.io.tables import choice, number
 from simrecon.optim.covariance import Covariance
 
 PRIORS = ("gaussian", "flow")
-CONTACTS = ("rules", "network")
 """Names of the pose priors in `simrecon.prior`."""
+CONTACTS = ("rules", "network")
+"""Names of what tells contacts in `simrecon.contact`."""
 STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
 
@@ -67,10 +60,16 @@ class Optimiser:
 
 @dataclass(frozen=True)
 class Recovery:
-    """`[recovery]`: how far from the kinematic fit is a fall, 0 = anything goes; how often to try again."""
+    """`[recovery]`: how far from the kinematic fit is a fall, 0 = anything goes; how often to try again.
+
+    A window with a loss above `doubt_loss`, and above `doubt` times that of the window before, is solved once
+    more, from that window on; 0 = never.
+    """
 
     corridor_m: float = number(0.0, 100.0)
     retries: int = number(0, 10)
+    doubt: float = number(0.0, 1e6, default=0.0)
+    doubt_loss: float = number(0.0, 1e9, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,15 +133,19 @@ class SoftContact:
     """`[soft_contact]`: the planner of that name, `planners.soft_contact`; the section may be left out.
 
     `units` are those of force and moment, as shares of body weight and of that times stature, a round each.
-    `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss.
+    `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss. `rate_per_s`
+    is how fast the force may change, in body weights, and `place_m` how far the centre of mass may be led
+    from that of the fit: σ_r and σ_p.
     """
 
     weight: float = number(0.0, 1e6, default=1.0)
-    units: tuple[float, ...] = number(1e-4, 10.0, default=(0.1, 0.03, 0.01))
+    units: tuple[float, ...] = number(1e-4, 10.0, default=(0.1, 0.03))
     evaluations: int = number(1, 1_000_000, default=50)
     distance_m: float = number(1e-4, 1.0, default=0.01)
     slip_mps: float = number(1e-3, 10.0, default=0.1)
     rest: float = number(1e-9, 1.0, default=1e-3)
+    rate_per_s: float = number(1e-3, 1e6, default=5.0)
+    place_m: float = number(1e-4, 1e3, default=0.03)
 
 
 @dataclass(frozen=True)
@@ -151,100 +154,3 @@ class Centroidal:
 
     start: str = choice("fit", "paper", default="fit")
     weights: str = choice("measured", "paper", default="measured")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """All settings of a run; `name` is the one by which it was read."""
-
-    purpose: str = text()
-    simulation: Simulation = option()
-    window: WindowPlan = option()
-    optimiser: Optimiser = option()
-    recovery: Recovery = option()
-    loss: LossWeights = option()
-    kinematics: Kinematics = option()
-    soft_contact: SoftContact = option(SoftContact())
-    centroidal: Centroidal = option(Centroidal())
-    name: str = tables.not_in_file("", compare=False)
-
-
-def names() -> tuple[str, ...]:
-    """Names of the plans that ship with simrecon, sorted."""
-    return tuple(sorted(path.stem for path in resources.folder("windows").glob("*.toml")))
-
-
-def read(name_or_path: str | Path) -> Plan:
-    """Read a plan that ships, by name, or the user's own, by path.
-
-    Raises:
-        InputError: there is no such plan, or it has an unknown, missing or impossible value.
-    """
-    name, shipped = str(name_or_path), names()
-    path = resources.folder("windows") / f"{name}.toml" if name in shipped else Path(name)
-    if not path.is_file():
-        valid = ", ".join(shipped)
-        raise InputError(
-            f"there is no plan {name!r}{hint(name, shipped)}; valid: {valid}, or a path of a TOML file"
-        )
-    return dataclasses.replace(build(toml.load(path, "plan"), str(path)), name=name)
-
-
-def parse(content: str, path: str | Path = "plan.toml") -> Plan:
-    """Read the text of a plan; `path` is named in errors.
-
-    Raises:
-        InputError: as `read`.
-    """
-    return build(toml.loads(content, str(path)), str(path))
-
-
-def build(table: Mapping[str, Any], where: str) -> Plan:
-    """A plan from the tables of its file; `where` is named in errors.
-
-    Raises:
-        InputError: as `read`.
-    """
-    plan = tables.build(Plan, table, where)
-    if not plan.soft_contact.units:
-        raise InputError(
-            f"{where}: [soft_contact] units: found none; valid: one number a round, 0.01 the last"
-        )
-    length_s, overlap_s, spacing_s = plan.window.length_s, plan.window.overlap_s, plan.window.knot_spacing_s
-    if overlap_s >= length_s:
-        rule = f"overlap_s must be below length_s ({length_s:g}), found {overlap_s:g}"
-        raise InputError(f"{where}: [window] {rule}")
-    if spacing_s > length_s:
-        rule = f"knot_spacing_s must be at most length_s ({length_s:g}), found {spacing_s:g}"
-        raise InputError(f"{where}: [window] {rule}")
-    return plan
-
-
-def to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as nested dictionaries, in the order of the TOML."""
-    return tables.to_table(plan)
-
-
-def overridden(plan: Plan, changes: Mapping[str, Any], where: str) -> Plan:
-    """A plan with some of its values replaced and checked.
-
-    Args:
-        plan: to begin with.
-        changes: by `section.key`.
-        where: for messages.
-
-    Raises:
-        InputError: an unknown key, or an impossible value.
-    """
-    table = to_dict(plan)
-    sections: dict[str, Any] = {
-        name: key.type for name, key in tables.keys(Plan).items() if is_dataclass(key.type)
-    }
-    valid = [f"{section}.{key}" for section, kind in sections.items() for key in tables.keys(kind)]
-    for path, value in changes.items():
-        if path not in valid:
-            near, names = hint(path, valid), ", ".join(valid)
-            raise InputError(f"{where}: plan: unknown key {path!r}{near}; valid: {names}")
-        section, key = path.split(".")
-        table[section][key] = value
-    return dataclasses.replace(build(table, where), name=plan.name)
