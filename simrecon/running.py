@@ -68,7 +68,7 @@ def run(
         job = suggesting.completed(sources.job, sources.evidence, observer)
         job = replace(job, sha256=request.hashes(job))
         setup = Setup(
-            planner=job.planner,
+            planner=job.planned_by,
             engine=job.engine,
             seed=job.seed,
             threads=job.threads if threads is None else threads,
@@ -121,7 +121,7 @@ def check(job: Job) -> None:
             f"{job.input}: found all for a person, which makes several results; "
             f"valid: `simrecon run`, simrecon.run_people, or the number of one"
         )
-    planners.check(job.planner)
+    planners.check(job.planned_by)
     engines.check(job.engine)
     if job.scene.ground.calibrate and not engines.simulates(job.engine):
         raise InputError(

@@ -30,7 +30,7 @@ class Clip:
         input: absolute path.
         plan: a name or path.
         scene, contacts: absolute paths, or None.
-        planner, engine: by name.
+        planner, engine: by name; no planner: that of the plan.
         options: of its job (`job.options`), by name; what is not there is as the input says.
     """
 
@@ -39,7 +39,7 @@ class Clip:
     plan: str = "default"
     scene: str | None = None
     contacts: str | None = None
-    planner: str = "none"
+    planner: str | None = None
     engine: str = "sampling"
     options: Mapping[str, Any] = field(default_factory=dict)
 

@@ -94,7 +94,7 @@ def key(file: Path, task: BenchmarkTask, plan: Plan, scene: Scene) -> str:
         "versions": provenance.versions(),
         "code": provenance.code_digest(),
     }
-    if task.variant.planner != "none":
+    if task.variant.planner is not None:
         content["planner"] = task.variant.planner
     if task.variant.engine != "sampling":
         content["engine"] = task.variant.engine

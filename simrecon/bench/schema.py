@@ -105,7 +105,7 @@ class Variant:
 
     name: str = text()
     drop: tuple[str, ...] = choice(*DROPS, default=())
-    planner: str = choice(*planners.names(), default="none")
+    planner: str | None = option(None, choices=planners.names)
     engine: str = choice(*engines.names(), default="sampling")
     plan: dict[str, Any] = option({})
     paper: str = ""

@@ -75,7 +75,7 @@ def _add_own(run: Any, text: Callable[[str, str], str]) -> None:
     run.add_argument("--scene", metavar="FILE", help=text("scene", room))
     asked = "which parts touch when (contacts.toml, see docs/contacts.md) [as found]"
     run.add_argument("--contacts", metavar="FILE", help=text("contacts", asked))
-    reference = "what turns the kinematic fit into the reference [none]"
+    reference = "what turns the kinematic fit into the reference [as the plan says]"
     run.add_argument("--planner", choices=planners.names(), help=text("planner", reference))
     optimiser = "what optimises the simulation [sampling]"
     run.add_argument("--engine", choices=engines.names(), help=text("engine", optimiser))

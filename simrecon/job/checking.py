@@ -23,7 +23,7 @@ _READERS = {"scene": ", which simrecon.read_scene reads", "plan": ", which simre
 
 
 def checked(job: Job) -> Job:
-    """The job with each value in its own type: a path as text, a number of NumPy as Python's.
+    """The job with each value in its own type, as a path that is text; the planner is named.
 
     Raises:
         InputError: it is no job, or holds a value that a job file could not; the message names the field.
@@ -37,7 +37,8 @@ def checked(job: Job) -> Job:
     same = tables.build(Job, _table(job), "Job")
     plan = plans.build(plans.to_dict(same.plan), "Job: plan")
     scene, asked = _scene(same.scene, job.scene), wishes.build(_by_part(same.contacts), "Job: contacts")
-    return replace(same, plan=replace(plan, name=str(job.plan.name)), scene=scene, contacts=asked)
+    named = replace(plan, name=str(job.plan.name))
+    return replace(same, plan=named, planner=job.planned_by, scene=scene, contacts=asked)
 
 
 def _by_part(asked: tuple[ContactWish, ...]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ class Job:
         scene: what the person may touch.
         contacts: which parts of the body the user wishes to touch when (`contact.wishes`).
         plan: how the clip is cut and optimised.
-        planner: what turns the kinematic fit into the reference.
+        planner: what turns the kinematic fit into the reference; None: that of the plan.
         engine: what optimises the simulation.
         seed: of all random numbers.
         threads: of the simulator, 0 for one per core; no bit depends on it.
@@ -55,7 +55,7 @@ class Job:
     scene: Scene = field(default_factory=Scene)
     contacts: tuple[ContactWish, ...] = ()
     plan: Plan = field(default_factory=lambda: plans.read("default"))
-    planner: str = "none"
+    planner: str | None = None
     engine: str = "sampling"
     seed: int = option(0, bounds=(0, LARGEST_SEED), metavar="N", text="seed of the random numbers [0]")
     threads: int = option(
@@ -79,6 +79,11 @@ class Job:
     def __post_init__(self) -> None:
         """Keep a copy of the hashes that nobody changes."""
         object.__setattr__(self, "sha256", frozen(self.sha256))
+
+    @property
+    def planned_by(self) -> str:
+        """Name of the planner."""
+        return self.plan.planner if self.planner is None else self.planner
 
 
 def files(job: Job) -> dict[str, str]:

@@ -12,9 +12,10 @@ from simrecon import resources
 from simrecon.errors import InputError
 from simrecon.io import tables, toml
 from simrecon.io.messages import hint
-from simrecon.io.tables import option, text
+from simrecon.io.tables import choice, option, text
 from simrecon.plan.sections import (
     CONTACTS,
+    PLANNERS,
     PRIORS,
     STRENGTHS,
     Centroidal,
@@ -29,6 +30,7 @@ from simrecon.plan.sections import (
 
 __all__ = [
     "CONTACTS",
+    "PLANNERS",
     "PRIORS",
     "STRENGTHS",
     "Centroidal",
@@ -51,7 +53,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Plan:
-    """All settings of a run; `name` is the one by which it was read."""
+    """All settings of a run; `name` is the one by which it was read, `planner` what a job takes by default."""
 
     purpose: str = text()
     simulation: Simulation = option()
@@ -62,6 +64,7 @@ class Plan:
     kinematics: Kinematics = option()
     soft_contact: SoftContact = option(SoftContact())
     centroidal: Centroidal = option(Centroidal())
+    planner: str = choice(*PLANNERS, default="none")
     name: str = tables.not_in_file("", compare=False)
 
 

@@ -12,6 +12,8 @@ PRIORS = ("gaussian", "flow")
 """Names of the pose priors in `simrecon.prior`."""
 CONTACTS = ("rules", "network")
 """Names of what tells contacts in `simrecon.contact`."""
+PLANNERS = ("none", "soft_contact", "centroidal")
+"""Names of the planners in `simrecon.planners`."""
 STRENGTHS = ("usual", "trained")
 """Names of the torque limits in models/body/strength.toml."""
 

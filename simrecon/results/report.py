@@ -55,7 +55,7 @@ def make(
         "input": _input(run, job),
         "plan_name": job.plan.name,
         "plan": plans.to_dict(run.problem.plan),
-        "planner": job.planner,
+        "planner": job.planned_by,
         "engine": job.engine,
         "seed": job.seed,
         "threads": job.threads,

@@ -15,7 +15,6 @@ from simrecon import scene as scenes
 from simrecon.contact import wishes
 from simrecon.engines import feedforward
 from simrecon.engines import problem as problems
-from simrecon.errors import InputError
 from simrecon.evidence import resample
 from simrecon.kinematics import layout
 from simrecon.kinematics.layout import FREE
@@ -213,10 +212,12 @@ def test_contact_names_are_those_of_the_contact_points(fit: KinematicFit, planne
     assert len(names) == len(set(names)) == len(planned.problem.contacts.segments)
 
 
-def test_a_plan_needs_an_acceleration(fit: KinematicFit, seen: Evidence) -> None:
+def test_a_clip_too_short_for_an_acceleration_is_planned_as_it_is(fit: KinematicFit, seen: Evidence) -> None:
     few = replace(fit, times_s=fit.times_s[:2], qpos=fit.qpos[:2], com_m=fit.com_m[:2])
-    with pytest.raises(InputError, match="found 2 frames; valid: 3 or more"):
-        planners.plan("soft_contact", few, seen, SETTINGS)
+    found = planners.plan("soft_contact", few, seen, SETTINGS)
+    np.testing.assert_array_equal(found.qpos, few.qpos)
+    assert "2 frames have no acceleration" in found.notes[0]
+    assert found.planner == "none"
 
 
 def test_the_curvature_of_a_flight(fit: KinematicFit, planned: Planned) -> None:

@@ -18,12 +18,12 @@ from functools import partial
 
 import numpy as np
 
-from simrecon.errors import InputError
 from simrecon.io.messages import counted
 from simrecon.kinematics import configurations, layout, search
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.resumed import resume
 from simrecon.plan import Plan
+from simrecon.planners import none
 from simrecon.planners.soft_contact.curvature import curvature
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.masses import Masses
@@ -54,11 +54,12 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         settings: weights of the evidence terms, and the section `soft_contact`.
 
     Raises:
-        InputError: there is no evidence to plan with, or too little of it.
+        InputError: there is no evidence to plan with.
     """
     if len(fit.times_s) < FEWEST:
         count = counted(len(fit.times_s), "frame")
-        raise InputError(f"planner {NAME}: found {count}; valid: {FEWEST} or more, for accelerations")
+        note = f"{count} have no acceleration, which takes {FEWEST}: the plan is the kinematic fit"
+        return replace(none.plan(fit, evidence, settings), notes=(note,))
     own = not evidence.keypoint_names and not evidence.joint_names
     placed, seen = (replace(fit, world=np.eye(4)), own_landmarks(fit, evidence)) if own else (fit, evidence)
     problem, variables = resume(placed, seen, settings.kinematics)
