@@ -53,7 +53,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Plan:
-    """All settings of a run; `name` is the one by which it was read, `planner` what a job takes by default."""
+    """All settings of a run; `name` is the one by which it was read, `planner` that of jobs without one."""
 
     purpose: str = text()
     simulation: Simulation = option()

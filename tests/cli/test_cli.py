@@ -299,8 +299,8 @@ def test_eval_prints_every_score_with_its_definition(
     given = ["eval", str(result), str(tmp_path / "truth.npz"), str(tmp_path / "world.npz")]
     assert cli.main(given) == 0
     shown = capsys.readouterr().out
-    assert shown.splitlines()[0].split() == ["result", "kinematic", "input", "reference", "[result]"]
-    (row,) = re.findall(r"^mpjpe_g_mm +(\S+) +\S+ +(\S+) +- +(\[.*\])  (.*)$", shown, flags=re.M)
+    assert shown.splitlines()[0].split() == ["result", "kinematic", "plan", "input", "reference", "[result]"]
+    (row,) = re.findall(r"^mpjpe_g_mm +(\S+) +\S+ +\S+ +(\S+) +- +(\[.*\])  (.*)$", shown, flags=re.M)
     assert row == ("50", "20", "[50, 50]", DEFINITIONS["mpjpe_g_mm"])
     assert "seed 0" in shown.splitlines()[-1]
     options = [*given[:3], "--input", given[3], "-o", str(tmp_path / "scores.json"), "--json"]
@@ -336,7 +336,7 @@ def test_evidence_outside_the_world_has_scores_of_poses_only(
     given = ["eval", str(result), str(tmp_path / "truth.npz"), str(inputs / "clip.npz")]
     assert cli.main(given) == 0
     shown = capsys.readouterr().out.splitlines()[0].split()
-    assert shown == ["result", "kinematic", "input", "reference", "[result]"]
+    assert shown == ["result", "kinematic", "plan", "input", "reference", "[result]"]
 
 
 def test_every_score_has_a_definition(result: Path, tmp_path: Path) -> None:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from simrecon.metrics import feet, futures
+from simrecon.metrics import feet
 from simrecon.metrics.truth import FOOT_POINTS
 from simrecon.synthesis.features import CONTEXT, FUTURE, POINTS, SCORED, features, places, stand
 from simrecon.synthesis.network import Network
 from simrecon.types import Array
+from tools.study import future_distances
 from tools.train.synthesis_data import Test
 
 SAMPLES = 10
@@ -58,9 +59,9 @@ def score(sampler: Sampler, tests: Sequence[Test]) -> dict[str, Array]:
         made, true = sampled(sampler, test), test.joints_m[CONTEXT:]
         rows.append(
             (
-                futures.ade(made[:, :, _SCORED], true[:, _SCORED]),
-                futures.fde(made[:, :, _SCORED], true[:, _SCORED]),
-                futures.apd(made[:, :, _SCORED]),
+                future_distances.ade(made[:, :, _SCORED], true[:, _SCORED]),
+                future_distances.fde(made[:, :, _SCORED], true[:, _SCORED]),
+                future_distances.apd(made[:, :, _SCORED]),
                 *looks(made),
             )
         )
@@ -85,7 +86,7 @@ def looks(joints_m: Array) -> tuple[float, float, float]:
 
 def flat(joints_m: Array) -> Array:
     """Futures (N, F, K, 3) as vectors (N, D) of root-aligned joints, m."""
-    return futures.aligned(joints_m[..., _SCORED, :]).reshape(len(joints_m), -1)
+    return future_distances.aligned(joints_m[..., _SCORED, :]).reshape(len(joints_m), -1)
 
 
 def nearest_m(one: Array, known: Array) -> Array:

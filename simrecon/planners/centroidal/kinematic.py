@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from simrecon.errors import InputError
 from simrecon.kinematics import configurations, forward, layout
@@ -103,6 +102,8 @@ def _relabelled(fit: KinematicFit, dropped: Flags) -> ContactLabels | None:
 
 def searched(data: Data, start: Array) -> Array:
     """The unknowns (T · FREE,) of the least objective near some."""
+    from scipy.optimize import least_squares  # a run without this planner begins sooner
+
     end = least_squares(
         lambda x: rows(data, x)[0], start, lambda x: rows(data, x)[1],
         method="trf", tr_solver="lsmr", x_scale=1.0, ftol=1e-4, xtol=1e-6, gtol=1e-6,

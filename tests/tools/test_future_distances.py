@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.metrics import futures
+from tools.study import future_distances as futures
 
 
 def test_the_best_sample_counts() -> None:
