@@ -34,7 +34,7 @@ class Setup:
     """How a clip is reconstructed, beyond its plan.
 
     Attributes:
-        planner: name of what makes the reference; None: that of the plan. engine: of what simulates.
+        planner, engine: names of what makes the reference and of what optimises the simulation.
         seed: of all random numbers; the result depends on nothing else, not even on `threads`.
         threads: of the simulator, 0 for one per core; a function is called before each generation.
         shape: of the body, as far as it is known, or None; contacts: what a user wishes of them.
@@ -43,7 +43,7 @@ class Setup:
         checkpoint: where windows solved under the same `identity`, of job and code, are kept; None: nowhere.
     """
 
-    planner: str | None = None
+    planner: str = "none"
     engine: str = "sampling"
     seed: int = 0
     threads: Threads = 0
@@ -91,8 +91,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     Raises:
         InputError: one of them can't be used, or there is no such planner or engine.
     """
-    planner = plan.planner if setup.planner is None else setup.planner
-    planners.check(planner)
+    planners.check(setup.planner)
     engines.check(setup.engine)
     marks, cpu_s = [time.perf_counter()], time.process_time()
     uniform, grid = resample(evidence)
@@ -100,7 +99,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     warm_start.check_beginning(setup.start, clock.frame_s, uniform.times_s)
     setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
     fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape, setup.contacts)
-    reference = planners.plan(planner, fit, uniform, plan)
+    reference = planners.plan(setup.planner, fit, uniform, plan)
     marks.append(time.perf_counter())
     problem = problems.pose(fit, reference, uniform, clock, plan)
     simulates = engines.simulates(setup.engine)

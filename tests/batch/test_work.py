@@ -40,10 +40,11 @@ def job(inputs: Path, plan: str, tmp_path: Path) -> Assignment:
 def undisturbed(inputs: Path, plan: str, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The bytes of `motion.npz` of the same clip without any batch."""
     folder = tmp_path_factory.mktemp("undisturbed") / "one"
+    settings = plans.read(plan)
     made = pipeline.reconstruct(
-        evidence.read(inputs / "one.npz"), Scene(), plans.read(plan), pipeline.Setup(threads=1)
+        evidence.read(inputs / "one.npz"), Scene(), settings, pipeline.Setup(settings.planner, threads=1)
     )
-    results.write(Job(str(inputs / "one.npz"), str(folder), plan=plans.read(plan)), made)
+    results.write(Job(str(inputs / "one.npz"), str(folder), plan=settings), made)
     return (folder / "motion.npz").read_bytes()
 
 
