@@ -13,10 +13,10 @@ from simrecon import job as jobs
 from simrecon import kinematics, results, running, synthesis, viewer
 from simrecon import plan as plans
 from simrecon.errors import InputError
-from simrecon.evidence import from_arrays
+from simrecon.evidence import from_arrays, resample
 from simrecon.io import atomic, provenance
 from simrecon.io.messages import hint
-from simrecon.job import Job, Person, Reading
+from simrecon.job import Job, Person, Reading, inputs
 from simrecon.observer import SILENT, Observer
 from simrecon.results import Result, kinematic
 from simrecon.results.folder import MOTION, PAGE
@@ -90,7 +90,7 @@ def of_job(
         raise InputError(f"--samples: found {samples}; valid: a whole number from 1 to {SAMPLES_MAX}")
     folder = Path(job.output)
     _check_target(folder)
-    result = _result(job, observer)
+    result = _result(job, at_s, observer)
     motion, body = result.motion, result.body
     qpos = motion.qpos[:, : kinematic.coordinates(body)]
     known = Known(body, result.scene, motion.times_s, qpos)
@@ -122,9 +122,11 @@ def _check_target(folder: Path) -> None:
         raise InputError(f"{folder}: holds a result, which would be lost; valid: another folder")
 
 
-def _result(job: Job, observer: Observer) -> Result:
-    """The source as a result: what is a file is fitted, not simulated."""
+def _result(job: Job, at_s: float | None, observer: Observer) -> Result:
+    """The source as a result: what is a file is fitted, not simulated, if it holds the moment."""
     if not Path(job.input).is_dir() or not (Path(job.input) / MOTION).is_file():
+        times_s = resample(inputs.observe(job))[0].times_s
+        synthesis.check_moment(times_s, float(times_s[-1]) if at_s is None else at_s)
         fitted = replace(
             job, output=str(Path(job.output) / "motion"), planner="none", engine="none", no_report=True
         )

@@ -87,6 +87,8 @@ def test_what_is_impossible_is_one_line(
     new = str(motion.parent / "y")
     assert cli.main(["synthesize", str(folder / "motion"), "-o", new, "--at", "9"]) == 2
     assert "--at: found 9 s; valid: 2.47 to 3.00 s" in capsys.readouterr().err
+    assert cli.main(["synthesize", str(motion), "-o", new, "--at", "9"]) == 2  # before anything is fitted
+    assert "--at: found 9 s; valid: 2.47 to 3.00 s" in capsys.readouterr().err
     assert cli.main(["synthesize", str(folder / "motion"), "-o", new, "--samples", "0"]) == 2
     assert "--samples: found 0; valid: a whole number from 1 to 1000" in capsys.readouterr().err
     assert cli.main(["synthesize", str(folder / "motion"), "-o", new, "--engine", "none"]) == 2

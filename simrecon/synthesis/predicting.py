@@ -91,17 +91,26 @@ def predict(
     )
 
 
+def check_moment(times_s: Array, at_s: float) -> None:
+    """Check that a motion at times (T,) holds a moment, and the context before it.
+
+    Raises:
+        InputError: it doesn't.
+    """
+    low, high = times_s[0] + (CONTEXT - 1) / RATE_HZ, times_s[-1]
+    if not low - TOLERANCE_S <= at_s <= high + TOLERANCE_S:
+        valid = f"{low:.2f} to {high:.2f} s" if low <= high else "a motion of half a second or more"
+        raise InputError(f"--at: found {at_s:g} s; valid: {valid}, so that the motion before is known")
+
+
 def context(known: Known, at_s: float) -> tuple[Array, Array]:
     """Times (CONTEXT,) and all points of the body (CONTEXT, M, 3) before a moment, at 30 Hz.
 
     Raises:
         InputError: the motion does not hold them.
     """
+    check_moment(known.times_s, at_s)
     times_s = at_s + np.arange(1 - CONTEXT, 1) / RATE_HZ
-    low, high = known.times_s[0] - times_s[0] + at_s, known.times_s[-1]
-    if not low - TOLERANCE_S <= at_s <= high + TOLERANCE_S:
-        valid = f"{low:.2f} to {high:.2f} s" if low <= high else "a motion of half a second or more"
-        raise InputError(f"--at: found {at_s:g} s; valid: {valid}, so that the motion before is known")
     marks = kinematics.configurations(known.body, known.qpos)[1]  # (T, M, 3)
     columns = marks.reshape(len(marks), -1).T
     at = np.stack([np.interp(times_s, known.times_s, column) for column in columns], axis=1)
