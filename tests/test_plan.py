@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from simrecon import plan as plans
-from simrecon import resources
+from simrecon import planners, resources
 from simrecon.errors import InputError
 
 WINDOWS = resources.folder("windows")
@@ -175,3 +175,14 @@ def test_a_file_that_is_not_text(tmp_path: Path) -> None:
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="cannot read the plan"):
         plans.read(path)
+
+
+def test_a_plan_names_a_planner_that_there_is() -> None:
+    assert planners.names() == plans.PLANNERS
+    text = resources.folder("windows").joinpath("quick.toml").read_text(encoding="utf-8")
+    with pytest.raises(
+        InputError, match="planner must be one of none, soft_contact, centroidal, found 'foot'"
+    ):
+        plans.parse(text.replace('planner = "soft_contact"', 'planner = "foot"'))
+    bare = plans.parse(text.replace('planner = "soft_contact"', ""))
+    assert bare.planner == "none"  # as plans that know no such key always did

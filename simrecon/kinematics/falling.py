@@ -12,9 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from simrecon.kinematics import stature_prior
+from simrecon.kinematics.terms.mass import GRAVITY_MPS2
 from simrecon.types import Array, Evidence, KinematicFit
 
-GRAVITY_MPS2 = 9.81
 LEAST_S, INNER_S = 0.35, 0.25
 """A flight lasts so long, and so long without the frames at its ends, in which feet still push."""
 ENDS_S = 0.06

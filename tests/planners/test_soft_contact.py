@@ -17,6 +17,7 @@ from simrecon.engines import feedforward
 from simrecon.engines import problem as problems
 from simrecon.evidence import resample
 from simrecon.kinematics import layout
+from simrecon.kinematics.jacobian import of_points
 from simrecon.kinematics.layout import FREE
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.resumed import resume
@@ -101,7 +102,7 @@ def _variables(fit: KinematicFit) -> layout.Variables:
     return layout.Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), np.zeros((leans.shape[1], layout.LEAN)))
 
 
-@pytest.mark.parametrize(("bare", "within"), [(True, 1e-5), (False, 1e-2)])
+@pytest.mark.parametrize(("bare", "within"), [(True, 1e-5), (False, 5e-3)])
 def test_the_gradient_is_that_of_the_loss(
     fit: KinematicFit, seen: Evidence, planned: Planned, *, bare: bool, within: float
 ) -> None:
@@ -110,17 +111,19 @@ def test_the_gradient_is_that_of_the_loss(
         planned = Planned(flat, planned.world, planned.weight, planned.fit_com_m)
     x, rng = _variables(fit).pack(), np.random.default_rng(0)
     _, gradient = planned(x)
-    for _ in range(4):
-        move = np.zeros_like(x)
-        move[: FREE * planned.problem.frames] = rng.standard_normal(FREE * planned.problem.frames)
-        slope = (planned(x + 1e-7 * move)[0] - planned(x - 1e-7 * move)[0]) / 2e-7
-        # that the normal turns over the edges of the beam is left out
-        assert gradient @ move == pytest.approx(slope, rel=within)
+    moves = np.zeros((12, len(x)))
+    moves[:, : FREE * planned.problem.frames] = rng.standard_normal((12, FREE * planned.problem.frames))
+    slopes = np.array([planned(x + 1e-7 * move)[0] - planned(x - 1e-7 * move)[0] for move in moves]) / 2e-7
+    # that the normal turns over the edges of the beam is left out
+    assert np.linalg.norm(moves @ gradient - slopes) < within * np.linalg.norm(slopes)
 
 
 def test_the_derivative_of_the_wrench(fit: KinematicFit, planned: Planned) -> None:
     variables, frame = _variables(fit), 11
-    rows = _by_unknowns(Motion(State(planned.problem, variables), planned.world))
+    motion = Motion(State(planned.problem, variables), planned.world)
+    masses, skeleton = planned.world.masses, planned.problem.skeleton
+    masses_moved = of_points(skeleton, motion.state.pose, masses.segments, motion.masses_m)
+    rows = _by_unknowns(motion, masses_moved)
     rng = np.random.default_rng(1)
     move = rng.standard_normal((planned.problem.frames, FREE))
     x, moved = variables.pack(), layout.from_frames(move.ravel(), np.zeros(len(variables.pack()) - move.size))

@@ -8,6 +8,7 @@ drift and pose.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,19 +89,36 @@ def _at(values: Array, times: Array) -> Array:
     return np.asarray((1 - part) * values[low] + part * values[np.minimum(low + 1, len(values) - 1)])
 
 
-def _project(seen: Array, points: Array, rng: np.random.Generator) -> Array:
-    """Pixels (T, N, 2) of places seen (T, N, 3) by a camera before a person at `points`."""
+def viewpoint(
+    points: Array, names: Sequence[str], rng: np.random.Generator, least_m: float = 0.0
+) -> tuple[Array, Array]:
+    """Where a camera stands before a person (Rempe 2020, appendix A.1).
+
+    Args:
+        points: (T, M, 3) of the person.
+        names: of the points.
+        rng: draws the place.
+        least_m: distance.
+
+    Returns:
+        The centre (3,), and the axes (3, 3) right, down and ahead as rows.
+    """
     middle = points.mean(axis=(0, 1))
-    across = points[0, POINTS.index("left_hip")] - points[0, POINTS.index("right_hip")]
-    front = np.arctan2(-across[0], across[1])
-    yaw, away = front + rng.uniform(-np.pi / 2, np.pi / 2), rng.uniform(4.5, 7.5)
+    across = points[0, names.index("left_hip")] - points[0, names.index("right_hip")]
+    yaw = np.arctan2(-across[0], across[1]) + rng.uniform(-np.pi / 2, np.pi / 2)
+    away = max(rng.uniform(4.5, 7.5), least_m)
     height = np.clip(rng.normal(0.9, 0.3), 0.3, 1.75)
     eye = np.array([middle[0] + away * np.cos(yaw), middle[1] + away * np.sin(yaw), height])
     ahead = np.array([middle[0], middle[1], 0.9]) - eye
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
-    axes = np.stack((right, np.cross(ahead, right), ahead))
+    return eye, np.stack((right, np.cross(ahead, right), ahead))
+
+
+def _project(seen: Array, points: Array, rng: np.random.Generator) -> Array:
+    """Pixels (T, N, 2) of places seen (T, N, 3) by a camera before a person at `points`."""
+    eye, axes = viewpoint(points, POINTS, rng)
     xyz = (seen - eye) @ axes.T
     depth = np.maximum(xyz[..., 2:], 0.3)
     return np.asarray(xyz[..., :2] / depth * FOCAL_PX + CENTRE_PX)

@@ -18,7 +18,7 @@ from simrecon.evidence import from_arrays
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Lens
-from tools.train.contact_views import lasting
+from tools.train.contact_views import lasting, viewpoint
 
 FOCAL_PX, SIZE_PX = 1400.0, (1280, 720)
 REACH_SHARE = 0.4
@@ -64,18 +64,10 @@ def seen(fit: KinematicFit, rng: np.random.Generator) -> Evidence:
 def _camera(marks: Array, names: tuple[str, ...], rng: np.random.Generator) -> Camera:
     """A camera that stands still before the person of landmarks (T, M, 3)."""
     middle = marks.mean(axis=(0, 1))
-    reach = np.linalg.norm(marks[..., :2] - middle[:2], axis=-1).max()
-    across = marks[0, names.index("left_hip")] - marks[0, names.index("right_hip")]
-    yaw = np.arctan2(-across[0], across[1]) + rng.uniform(-np.pi / 2, np.pi / 2)
-    away = max(rng.uniform(4.5, 7.5), reach / REACH_SHARE)
-    height = np.clip(rng.normal(0.9, 0.3), 0.3, 1.75)
-    eye = np.array([middle[0] + away * np.cos(yaw), middle[1] + away * np.sin(yaw), height])
-    ahead = np.array([middle[0], middle[1], 0.9]) - eye
-    ahead /= np.linalg.norm(ahead)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
+    reach_m = np.linalg.norm(marks[..., :2] - middle[:2], axis=-1).max()
+    eye, axes = viewpoint(marks, names, rng, reach_m / REACH_SHARE)
     transform = np.eye(4)
-    transform[:3, :3] = np.stack((right, np.cross(ahead, right), ahead))
+    transform[:3, :3] = axes
     transform[:3, 3] = -transform[:3, :3] @ eye
     width, tall = SIZE_PX
     matrix = np.array([[FOCAL_PX, 0.0, width / 2], [0.0, FOCAL_PX, tall / 2], [0.0, 0.0, 1.0]])

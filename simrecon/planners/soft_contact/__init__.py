@@ -74,9 +74,8 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         place_m=asked.place_m,
     )
     world = World(Masses.of(fit.body), fit.body.height_m, friction, scales)
-    near_m = configurations(fit.body, placed.qpos)[0]
     for unit in asked.units:
-        planned = Planned(problem, world.in_units(unit), asked.weight, near_m)
+        planned = Planned(problem, world.in_units(unit), asked.weight, fit.com_m)
         curved = partial(curvature, planned)
         variables, _ = search.minimise(planned, curved, variables, asked.evaluations, shared=False)
     motion, found = planned.explained(variables.pack())

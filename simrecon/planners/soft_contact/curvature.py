@@ -53,25 +53,29 @@ def _blocks(motion: Motion, found: Explained, unit: float) -> list[Array]:
     """Blocks of frame t + k with frame t, (T, FREE, FREE) each, zero where the clip ends."""
     frames = motion.masses_m.shape[1]
     blocks = [np.zeros((frames, FREE, FREE)) for _ in range(REACH + 1)]
-    rows = _by_unknowns(motion)  # of frame t - 1, t and t + 1, (n, 6, FREE) each
+    masses, state = motion.world.masses, motion.state
+    moved = of_points(state.problem.skeleton, state.pose, masses.segments, motion.masses_m)  # (T, N, 3, FREE)
+    rows = _by_unknowns(motion, moved)  # of frame t - 1, t and t + 1, (n, 6, FREE) each
     rough = steady.rate_curvature(motion.world.change(motion.state.dt))
     weighted = [unit * (np.linalg.solve(found.stiffness, row) + rough * row) for row in rows]
     for i in range(REACH + 1):
         for j in range(i + 1):
             blocks[i - j][j : j + frames - 2] += np.swapaxes(rows[i], 1, 2) @ weighted[j]
     _priced(motion, found, unit, blocks)
-    masses = motion.world.masses
-    moved = of_points(motion.state.problem.skeleton, motion.state.pose, masses.segments, motion.masses_m)
     centre = np.einsum("p,tpif->tif", masses.mass_kg / masses.total_kg, moved)  # (T, 3, FREE)
     blocks[0] += unit / motion.world.scales.place_m**2 * (np.swapaxes(centre, 1, 2) @ centre)
     return blocks
 
 
-def _by_unknowns(motion: Motion) -> list[Array]:
-    """Derivative of the wrench (n, 6) by the unknowns of the frame before, its own and the one after."""
+def _by_unknowns(motion: Motion, moved: Array) -> list[Array]:
+    """Derivative of the wrench (n, 6) by the unknowns of the frame before, its own and the one after.
+
+    Args:
+        motion: of T frames.
+        moved: (T, N, 3, FREE) derivative of the point masses.
+    """
     state, world = motion.state, motion.world
-    skeleton, masses = state.problem.skeleton, world.masses
-    moved = of_points(skeleton, state.pose, masses.segments, motion.masses_m)  # (T, N, 3, FREE)
+    masses = world.masses
     mass = masses.mass_kg / state.dt**2
     linear = np.einsum("p,tpif->tif", mass, moved)  # (T, 3, FREE)
     arms = rotations.skew(np.swapaxes(motion.masses_m[:, 1:-1] - motion.com_m[1:-1], 0, 1))  # (n, N, 3, 3)
