@@ -16,6 +16,8 @@ STYLES = ("skin", "primitives")
 """How a person is drawn."""
 _STRETCH = (0.7, 1.4)
 """Least and most by which a part of the skin is drawn out to the length of its bone."""
+_DIGITS = 5
+"""Of metres and kilograms that tell two people apart: a body that was written and read again is the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,10 @@ def skin(body: Body) -> Skin:
 def _betas(body: Body, space: ShapeSpace) -> Array:
     if body.shape_space == space.name and len(body.betas) == space.size:
         return body.betas
-    return _probable(tuple(measure_template(body.skeleton).items()), body.height_m, body.mass_kg)
+    lengths_m = tuple(
+        (name, round(length_m, _DIGITS)) for name, length_m in measure_template(body.skeleton).items()
+    )
+    return _probable(lengths_m, round(body.height_m, _DIGITS), round(body.mass_kg, _DIGITS))
 
 
 @lru_cache(maxsize=16)

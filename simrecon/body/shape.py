@@ -167,10 +167,16 @@ def _along(ends_m: Array, usual_m: Array) -> Array:
     return np.asarray(ends_m[0] + share * sole + above)
 
 
-def stature_m(betas: Array, shapes: ShapeSpace | None = None) -> float:
-    """Height of a shape that stands upright, legs straight: from the soles to the crown."""
+def stature_m(betas: Array, shapes: ShapeSpace | None = None, tree: Skeleton | None = None) -> float:
+    """Height of a shape that stands upright, legs straight: from the soles to the crown.
+
+    Args:
+        betas: (B,).
+        shapes: the shape space; that of simrecon if None.
+        tree: `skeleton` of the shape, if it is known.
+    """
     shapes = shapes or space()
-    tree, points = skeleton(betas, shapes), shapes.points_m(betas)
+    tree, points = tree or skeleton(betas, shapes), shapes.points_m(betas)
     upright = t_pose_m(tree)
     top = upright[tree.names.index("head"), 2] + (points["crown"] - points["head"])[2]
     ankle = upright[tree.names.index("left_ankle"), 2]

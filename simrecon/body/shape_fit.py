@@ -43,10 +43,11 @@ def fit(
     measured = np.log([lengths_m[name] for name in names])
 
     def residuals(betas: Array) -> Array:
-        ours = measure_template(skeleton(betas, shapes))
+        tree = skeleton(betas, shapes)
+        ours = measure_template(tree)
         terms = [(np.log([ours[name] for name in names]) - measured) / SIGMA_LENGTH, betas]
         if height_m is not None:
-            terms.append(np.array([np.log(stature_m(betas, shapes) / height_m) / SIGMA_HEIGHT]))
+            terms.append(np.array([np.log(stature_m(betas, shapes, tree) / height_m) / SIGMA_HEIGHT]))
         if mass_kg is not None:
             volume = max(shapes.volume_m3(betas), 1e-3)
             terms.append(np.array([np.log(volume * mass.density_kgpm3() / mass_kg) / SIGMA_MASS]))
