@@ -12,9 +12,9 @@ from simrecon.errors import InputError, SimreconError
 CONNECT_S = 15.0
 STARTS = 3
 """Of a local cluster, at most."""
-ENVIRONMENT = {name: 1 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-"""Of local workers, in place of dask's own, which also has the allocator give memory back at once: what a search
-frees it asks for again, and a third of its time went by in page faults."""
+ENVIRONMENT = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), 1)
+"""Of local workers, in place of dask's own, which also has the allocator give memory back at once: what a
+search frees it asks for again, and a third of its time went by in page faults."""
 
 
 def client(
