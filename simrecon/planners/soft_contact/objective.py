@@ -9,7 +9,12 @@ from simrecon.kinematics.state import State
 from simrecon.planners.soft_contact import steady
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.physics import Motion, World
-from simrecon.types import Array
+from simrecon.types import Array, IntArray
+
+
+REACH_M = 0.25
+"""Contacts farther than this from the scene, all the time, are left out: a push would cost 10⁵ times as much as
+one from σ_d, and what a plan moves is centimetres."""
 
 
 class Planned:
@@ -26,6 +31,7 @@ class Planned:
         self.losses: dict[str, float] = {}
         self._evidence = Objective(problem)
         self._residual: Array | None = None
+        self._rows: IntArray | None = None
 
     def __call__(self, x: Array) -> tuple[float, Array]:
         """Loss and gradient, (n,), at the packed variables x (n,); what all frames share stays as it is."""
@@ -46,6 +52,8 @@ class Planned:
     def explained(self, x: Array) -> tuple[Motion, Explained]:
         """The motion at packed variables x (n,), and the forces that explain it best."""
         motion = Motion(State(self.problem, self.problem.unpack(x)), self.world)
-        found = motion.explained(self._residual)
+        if self._rows is None:
+            self._rows = motion.within(REACH_M)
+        found = motion.explained(self._rows, self._residual)
         self._residual = found.residual
         return motion, found

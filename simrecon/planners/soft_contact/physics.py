@@ -136,12 +136,26 @@ class Motion:
         price = scales.rest + far**2 + far**4 + (slip[:, 1:] + slip[:, :-1]) / 2  # (G, n)
         return np.asarray(price.T / self.world.weight_N**2)
 
-    def explained(self, start: Array | None = None) -> Explained:
-        """The best forces; start: (n, 6) residuals to begin with."""
-        normals = np.swapaxes(self.normals[:, 1:-1], 0, 1)
-        nearest = np.argmin(self.state.clearance_m, axis=0)  # (G, T)
+    def explained(self, rows: IntArray, start: Array | None = None) -> Explained:
+        """The best forces.
+
+        Args:
+            rows: of the contacts that may push, as `within` has them.
+            start: (n, 6) residuals to begin with.
+        """
+        normals = np.swapaxes(self.normals[rows, 1:-1], 0, 1)
+        nearest = np.argmin(self.state.clearance_m[:, rows], axis=0)  # (G', T)
         friction = self.world.friction[nearest[:, 1:-1]].T
-        return forces.explain(self.wrench, self.arms, self.cost, normals, friction, start)
+        found = forces.explain(
+            self.wrench, self.arms[:, rows], self.cost[:, rows], normals, friction, start
+        )
+        every = np.zeros((*self.cost.shape, 3))
+        every[:, rows] = found.forces
+        return replace(found, forces=every)
+
+    def within(self, reach_m: float) -> IntArray:
+        """Contacts that come so near to the scene at any time."""
+        return np.flatnonzero(self.apart_m.min(axis=1) < reach_m)
 
     def loss(self, found: Explained) -> float:
         """Sum over frames."""
