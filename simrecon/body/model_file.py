@@ -13,13 +13,14 @@ Keys, and further names under which they are read:
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from simrecon.body import foreign, model_arrays, model_joints, model_landmarks, shape
-from simrecon.body.shape import HEAD_POINT, ShapeSpace
+from simrecon.body.shape import HEAD_POINT, FileJoints, ShapeSpace
 from simrecon.body.skeleton import template
 from simrecon.errors import InputError
 from simrecon.io.limits import MISFITS
@@ -55,12 +56,14 @@ def _space(data: dict[str, Any], path: Path | str) -> ShapeSpace:
     model_arrays.check(arrays, path)
     regressor, faces = arrays["J_regressor"], arrays["f"].astype(np.int64)
     parents = model_arrays.parents_of(data, len(regressor), path)
-    owner, joints = model_joints.segments(model_joints.names(data, len(regressor), path), parents, path)
+    named = model_joints.names(data, len(regressor), path)
+    owner, joints = model_joints.segments(named, parents, path)
     weights = _weights(arrays["weights"], owner, path)
     used = min(basis.shape[2], BETAS_MAX)
     axes = _axes(regressor @ template_m, joints, path)
     mean = template_m @ axes.T
-    directions = np.moveaxis(basis[:, :, :used], 2, 0) @ axes.T  # (B, V, 3)
+    basis = np.moveaxis(basis[:, :, :used], 2, 0)  # (B, V, 3)
+    directions = basis @ axes.T
     rows = regressor[[joints[name] for name in template().names]]  # (17, V)
     hips = 0.5 * (rows[template().names.index("left_hip")] + rows[template().names.index("right_hip")])
     mean, directions = mean - hips @ mean, directions - np.einsum("v,bvi->bi", hips, directions)[:, None]
@@ -75,6 +78,7 @@ def _space(data: dict[str, Any], path: Path | str) -> ShapeSpace:
         faces,
         weights,
         1.0,
+        FileJoints(named, regressor @ template_m, regressor @ basis, axes),
     )
     return _checked(_with_head_point(space), path)
 
@@ -109,16 +113,12 @@ def _with_head_point(space: ShapeSpace) -> ShapeSpace:
     own = shape.space()
     points = own.points_m(np.zeros(own.size))
     at = space.point_names.index("head")
-    return ShapeSpace(
-        space.name,
-        (*space.point_names, HEAD_POINT),
-        np.vstack((space.points_mean_m, space.points_mean_m[at] + points[HEAD_POINT] - points["head"])),
-        np.concatenate((space.points_basis_m, space.points_basis_m[:, at : at + 1]), axis=1),
-        space.vertices_mean_m,
-        space.vertices_basis_m,
-        space.faces,
-        space.weights,
-        space.volume_factor,
+    placed = space.points_mean_m[at] + points[HEAD_POINT] - points["head"]
+    return replace(
+        space,
+        point_names=(*space.point_names, HEAD_POINT),
+        points_mean_m=np.vstack((space.points_mean_m, placed)),
+        points_basis_m=np.concatenate((space.points_basis_m, space.points_basis_m[:, at : at + 1]), axis=1),
     )
 
 

@@ -30,6 +30,26 @@ POINTS = {"head": HEAD_POINT, "skull_base": "head", "head_top": "crown"}
 
 
 @dataclass(frozen=True, eq=False)
+class FileJoints:
+    """Joint centres of a body model's file in its rest pose, linear in β as all points; K joints.
+
+    Attributes:
+        names: K names.
+        mean_m, basis_m: (K, 3), (B, K, 3), in the file's own axes, from its own origin.
+        axes: (3, 3) rotation from the file's axes to ours.
+    """
+
+    names: tuple[str, ...]
+    mean_m: Array
+    basis_m: Array
+    axes: Array
+
+    def places_m(self, betas: Array) -> Array:
+        """Joint centres (K, 3) of betas (B,)."""
+        return np.asarray(self.mean_m + np.tensordot(betas, self.basis_m, axes=1))
+
+
+@dataclass(frozen=True, eq=False)
 class ShapeSpace:
     """A linear space of body shapes. B shape parameters, M points, V skin vertices, F faces, 17 segments.
 
@@ -41,6 +61,7 @@ class ShapeSpace:
         faces: (F, 3) triangles, counter-clockwise seen from outside.
         weights: (V, 17) skinning weights by segment of the skeleton, rows sum to 1.
         volume_factor: of the body over that of this skin.
+        joints: all joints of the file that it was read from; None for simrecon's own.
     """
 
     name: str
@@ -52,6 +73,7 @@ class ShapeSpace:
     faces: IntArray
     weights: Array
     volume_factor: float
+    joints: FileJoints | None = None
 
     @property
     def size(self) -> int:

@@ -46,13 +46,18 @@ def add(commands: Any) -> None:
         metavar="HZ",
         help="low-pass motion and forces alike, without lag [not at all]",
     )
+    parser.add_argument(
+        "--body-model",
+        metavar="FILE",
+        help="where the body model of the person's shape is, for amass and smplx [where it was]",
+    )
 
 
 def _export(options: argparse.Namespace) -> int:
     result = results.open_result(options.result)
     formats = [word.strip() for word in options.to.split(",")]
     asked = {"rig": options.rig, "fps": options.fps, "of": options.of, "legs": options.legs}
-    asked["cutoff_hz"] = options.cutoff
+    asked |= {"cutoff_hz": options.cutoff, "body_model": options.body_model}
     for path in exports.export(result, formats, options.output, **asked):
         print(f"written  {printable(str(path))}")
     if options.of != "simulation":

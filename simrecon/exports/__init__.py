@@ -22,6 +22,8 @@ from simrecon.results.folder import EXPORT, EXPORTS
 FORMATS = tuple(EXPORTS)
 RIGGED = ("bvh", "glb", "usd")
 """Formats that name joints as a rig has them."""
+SHAPED = ("amass", "smplx")
+"""Formats that hold the shape of a body model."""
 
 
 def writer(name: str) -> Callable[[ResultView], Mapping[str, bytes]]:
@@ -42,6 +44,7 @@ def export(
     of: str = "simulation",
     legs: float = 1.0,
     cutoff_hz: float | None = None,
+    body_model: Path | str | None = None,
 ) -> list[Path]:
     """Write the motion of a result in other formats.
 
@@ -54,6 +57,8 @@ def export(
         of: `simulation`, or `fit` for the kinematic fit.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
         cutoff_hz: of a zero-lag low-pass filter that motion and forces go through alike; None: none.
+        body_model: where the body model is that the person's shape is of; None: where the job says. Files of
+            SMPL's family need it, if there is one.
 
     Returns:
         The files written.
@@ -68,7 +73,10 @@ def export(
             raise InputError(f"--to: found {found}; valid: {', '.join(FORMATS)}")
     if rig != views.RIGS[0] and not set(RIGGED) & set(formats):
         raise InputError(f"--rig: found {rig!r} without a skeleton; valid: with {', '.join(RIGGED)}")
-    choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz)
+    if body_model is not None and not set(SHAPED) & set(formats):
+        raise InputError(f"--body-model: found {body_model}; valid: with {' or '.join(SHAPED)}")
+    model = None if body_model is None else str(body_model)
+    choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz, body_model=model)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)
     folder = opened.folder / EXPORT if target is None else Path(target)

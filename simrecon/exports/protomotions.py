@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.exports import segments, smpl
+from simrecon.exports import segments, smpl, smpl_body
 from simrecon.exports.axes import LOCAL
 from simrecon.exports.view import ResultView
 from simrecon.geometry import rotations
@@ -32,7 +32,7 @@ XYZW = [1, 2, 3, 0]
 
 def write(view: ResultView) -> dict[str, bytes]:
     """The motion of the average body's humanoid."""
-    pose = smpl.of_view(view, "smpl")
+    pose = smpl.of_view(view, smpl_body.average("smpl"))
     places = pose.places_m[:, ORDER]
     quats = rotations.multiply(pose.quats, rotations.from_matrix(LOCAL))[:, ORDER]
     local = segments.local(PARENTS, quats)

@@ -1,4 +1,4 @@
-"""The motion on the tree of joints that SMPL and SMPL-X share, from nothing but joint centres of a body.
+"""The motion on the tree of joints that SMPL and SMPL-X share, from the rest pose of a body (`smpl_body`).
 
 Rotations of a joint count from SMPL's rest pose, whose bones are not quite along ours: each joint turns as
 our segment does, and then the least way that points its bone at the joint where the person has it. Ankles,
@@ -15,12 +15,13 @@ from simrecon.evidence.smpl import motion as tree
 from simrecon.exports import legs, segments
 from simrecon.exports.axes import LOCAL
 from simrecon.exports.segments import Segments
+from simrecon.exports.smpl_body import SmplBody
 from simrecon.exports.view import ResultView
 from simrecon.geometry import rotations
 from simrecon.types import Array, Flags, Skeleton
 
 NAMES = tree.names("smpl")
-PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+PARENTS = tree.parents()
 OURS = {
     "pelvis": "pelvis", "spine1": "spine", "spine2": "chest", "spine3": "chest", "neck": "neck",
     "head": "head",
@@ -59,30 +60,30 @@ def segment_of(joint: str) -> str:
     return ours.replace("left_", "right_", 1) if joint.startswith("right_") else ours
 
 
-def of_view(view: ResultView, model: str, scale: float = 1.0) -> SmplPose:
-    """The motion of a view on the average body of `smpl` or `smplx`, times a scale."""
+def of_view(view: ResultView, body: SmplBody) -> SmplPose:
+    """The motion of a view on a body of SMPL's tree."""
     loaded = legs.feet(view.body.skeleton, view.touching)
-    offsets = scale * tree.offsets_m(model)
     floor_m = view.result.scene.ground.height_m
-    return pose(view.body.skeleton, view.segments, offsets, loaded, floor_m, view.interval_s)
+    return pose(view.body.skeleton, view.segments, body, loaded, floor_m, view.interval_s)
 
 
 def pose(
-    skeleton: Skeleton, posed: Segments, offsets_m: Array, loaded: Flags, floor_m: float, interval_s: float
+    skeleton: Skeleton, posed: Segments, body: SmplBody, loaded: Flags, floor_m: float, interval_s: float
 ) -> SmplPose:
     """Segments of a person as poses of SMPL's tree.
 
     Args:
         skeleton: of the person.
         posed: its segments in G frames.
-        offsets_m: (24, 3) joint centres in their parents' rest frames, the pelvis' in that of the body.
+        body: of SMPL's tree.
         loaded: (G, 2) feet that stand, left and right.
         floor_m: height of the ground.
         interval_s: between frames.
     """
     ours = {name: posed.origins_m[:, row] for row, name in enumerate(skeleton.names)}
-    base = rotations.multiply(posed.quats, rotations.from_matrix(LOCAL.T))  # (G, S, 4)
-    solver = _Solver(offsets_m, ours, {name: base[:, row] for row, name in enumerate(skeleton.names)})
+    since_rest = rotations.from_matrix(np.swapaxes(body.axes, 1, 2) @ LOCAL.T)  # (S, 4)
+    base = rotations.multiply(posed.quats, since_rest)  # (G, S, 4)
+    solver = _Solver(body.offsets_m, ours, {name: base[:, row] for row, name in enumerate(skeleton.names)})
     return solver.solved(_up_m(solver, ours, loaded, floor_m, interval_s))
 
 

@@ -1,31 +1,34 @@
 """SMPL-X as GMR and AMASS' SMPL-X files have it: z up, metres, rotation vectors of the body's 22 joints.
 
 GMR takes the person's height from the first beta, 1.66 m + 0.1 m times it; so that is written, and the joints
-are those of the average body at that height. A shape of a body model that the user brought is kept as it is.
+are those of the average body at that height. If the person's shape is of an SMPL-X model that the user
+brought, betas and joints are the person's.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from simrecon.exports import smpl
-from simrecon.exports.amass import JOINTS, known_betas
+from simrecon.exports import smpl, smpl_body
+from simrecon.exports.amass import JOINTS
+from simrecon.exports.smpl_body import SmplBody
 from simrecon.exports.view import ResultView
 from simrecon.io import atomic
-from simrecon.types import Array, Body
 
 MEAN_M, PER_BETA_M, BETA_MAX = 1.66, 0.1, 3.0
 
 
 def write(view: ResultView) -> dict[str, bytes]:
     """The motion as SMPL-X parameters."""
-    betas = betas_of(view.body)
-    pose = smpl.of_view(view, "smplx", (MEAN_M + PER_BETA_M * float(betas[0])) / MEAN_M)
+    person = smpl_body.own(view, "smplx") or of_height(view.body.height_m)
+    pose = smpl.of_view(view, person)
     turns = pose.rotvecs[:, :JOINTS]
     content = {
-        "gender": "neutral",
+        "gender": person.gender,
         "surface_model_type": "smplx",
-        "betas": betas,
+        "betas": person.betas,
         "root_orient": turns[:, 0],
         "pose_body": turns[:, 1:].reshape(len(turns), -1),
         "trans": pose.trans_m,
@@ -34,9 +37,8 @@ def write(view: ResultView) -> dict[str, bytes]:
     return {"smplx.npz": atomic.npz_bytes(content)}
 
 
-def betas_of(body: Body) -> Array:
-    """Shape parameters (16,): those of the user's body model, or the one that gives the height."""
-    betas = known_betas(body)
-    if not betas.any():
-        betas[0] = np.clip((body.height_m - MEAN_M) / PER_BETA_M, -BETA_MAX, BETA_MAX)
-    return betas
+def of_height(height_m: float) -> SmplBody:
+    """The average body at the height that its first beta says by GMR's rule."""
+    first = float(np.clip((height_m - MEAN_M) / PER_BETA_M, -BETA_MAX, BETA_MAX))
+    body = smpl_body.average("smplx", (MEAN_M + PER_BETA_M * first) / MEAN_M)
+    return replace(body, betas=np.array([first, *body.betas[1:]]))

@@ -34,6 +34,7 @@ class Choices:
         rig: whose joint names a skeleton gets, one of `RIGS`.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
         cutoff_hz: of a zero-lag low-pass filter for motion and forces alike; None: none.
+        body_model: where the body model of the person's shape is; None: where the job says.
 
     Raises:
         InputError: a value is none of these.
@@ -44,6 +45,7 @@ class Choices:
     rig: str = "simrecon"
     legs: float = 1.0
     cutoff_hz: float | None = None
+    body_model: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
@@ -82,7 +84,7 @@ class ResultView:
     def is_as_simulated(self) -> bool:
         """Whether it is the simulated motion of the person, at the result's own rate."""
         asked = self.choices
-        return asked == replace(Choices(), rig=asked.rig)
+        return asked == replace(Choices(), rig=asked.rig, body_model=asked.body_model)
 
     @cached_property
     def whole_qpos(self) -> Array:

@@ -119,6 +119,12 @@ def changed(job: Job) -> tuple[str, ...]:
     return tuple(path for name, path in known.items() if job.sha256[_place(path)] != _now(job, name, path))
 
 
+def known_digest(job: Job, name: str) -> str | None:
+    """SHA-256 that one of the files had when the job was made; None if the job doesn't know it."""
+    path = files(job).get(name)
+    return None if path is None else job.sha256.get(_place(path))
+
+
 def moved(job: Job, name: str, path: str) -> Job:
     """The job with one of its own files in another place, where its hash must be the same."""
     known = dict(job.sha256)

@@ -13,7 +13,7 @@ import pytest
 
 from simrecon import evidence, exports
 from simrecon.evidence.smpl import motion as tree
-from simrecon.exports import legs, protomotions, segments, smpl, smplx
+from simrecon.exports import legs, protomotions, segments, smpl, smpl_body, smplx
 from simrecon.exports.axes import LOCAL
 from simrecon.exports.view import ResultView
 from simrecon.geometry import rotations
@@ -58,7 +58,7 @@ def test_on_a_body_like_smpls_joints_are_where_they_were(model: str, rng: np.ran
     skeleton = smpl_skeleton(model)
     posed = segments.of(skeleton, moved(skeleton, rng))
     still = np.zeros((30, 2), dtype=bool)
-    pose = smpl.pose(skeleton, posed, tree.offsets_m(model), still, -10.0, 1 / 30)
+    pose = smpl.pose(skeleton, posed, smpl_body.average(model), still, -10.0, 1 / 30)
     read = tree.SmplMotion(model, "world", np.arange(30.0), rotations.exp(pose.rotvecs), pose.trans_m)
     places = tree.joints_m(read)
     for row, name in enumerate(skeleton.names):
@@ -72,8 +72,8 @@ def test_feet_stay_on_a_body_of_other_proportions() -> None:
     qpos = squat(body, np.linspace(0.0, 0.9, 40))
     posed = segments.of(body.skeleton, qpos)
     for scale in (0.9, 1.0, 1.15):
-        offsets = scale * tree.offsets_m("smpl")
-        pose = smpl.pose(body.skeleton, posed, offsets, np.ones((40, 2), dtype=bool), 0.0, 1 / 30)
+        average = smpl_body.average("smpl", scale)
+        pose = smpl.pose(body.skeleton, posed, average, np.ones((40, 2), dtype=bool), 0.0, 1 / 30)
         for side in legs.SIDES:
             ankle = pose.places_m[:, NAMES.index(f"{side}_ankle")]
             before = posed.origins_m[:, body.skeleton.names.index(f"{side}_ankle")]
@@ -90,8 +90,9 @@ def test_own_reader_finds_the_same_joints(
     (path,) = exports.export(finished, (name,), tmp_path)
     found = evidence.read(path)
     np.testing.assert_allclose(found.times_s, view.times_s - view.times_s[0], atol=1e-6)
-    scale = 1.0 if name == "amass" else 1.0 + smplx.betas_of(view.body)[0] * 0.1 / 1.66
-    pose = smpl.of_view(view, model, scale)
+    average = smpl_body.average(model) if name == "amass" else smplx.of_height(view.body.height_m)
+    scale = 1.0 + average.betas[0] * 0.1 / 1.66
+    pose = smpl.of_view(view, average)
     ankle = pose.places_m[:, NAMES.index("left_ankle")] - pose.places_m[:, :1].mean(axis=1)
     theirs = found.joints_m - found.joints_m[:, found.joint_names.index("pelvis")][:, None]
     np.testing.assert_allclose(scale * theirs[:, found.joint_names.index("left_ankle")], ankle, atol=1e-6)
@@ -122,11 +123,6 @@ def test_layout_of_gmr(finished: Path, view: ResultView, tmp_path: Path) -> None
         assert file["mocap_frame_rate"].item() == pytest.approx(60.0)
         assert 1.66 + 0.1 * file["betas"][0] == pytest.approx(view.body.height_m)
         assert str(file["gender"]) == "neutral"
-
-
-def test_betas_of_a_body_model_are_kept(view: ResultView) -> None:
-    own = replace(view.body, betas=np.array([0.5, -1.0]), shape_space="SMPLX_NEUTRAL.npz")
-    np.testing.assert_allclose(smplx.betas_of(own)[:3], [0.5, -1.0, 0.0])
 
 
 @pytest.fixture
@@ -198,3 +194,19 @@ def test_layout_of_holosoma(finished: Path, view: ResultView, tmp_path: Path) ->
     off = np.linalg.norm(places[:, names.index("left_ankle")] - view.segments.origins_m[:, row], axis=-1)
     assert off[view.touching[:, row]].max() < 1e-5  # a foot that stands
     assert off.max() < 5e-3
+
+
+def test_torch_opens_protomotions(finished: Path, tmp_path: Path) -> None:
+    """As their motion library does, without running what a pickle may hold."""
+    torch = pytest.importorskip("torch", reason="ProtoMotions' files are opened with torch")
+    (path,) = exports.export(finished, ("protomotions",), tmp_path, fps=30.0)
+    state = torch.load(path, weights_only=True)
+    assert float(state["fps"]) == pytest.approx(30.0)
+    frames = len(state["rigid_body_pos"])
+    for key, value in state.items():
+        if key != "fps":
+            assert value.shape[0] == frames, key
+            assert value.dtype == (torch.bool if key == "rigid_body_contacts" else torch.float32), key
+            assert value.is_contiguous(), key
+    lengths = state["rigid_body_rot"].norm(dim=-1)
+    assert float((lengths - 1.0).abs().max()) < 1e-5

@@ -52,6 +52,11 @@ def names(model: str = "smpl") -> tuple[str, ...]:
     return tuple(_tree(model)["names"])
 
 
+def parents() -> tuple[int, ...]:
+    """Parents of SMPL's 24 joints, -1 for the first."""
+    return tuple(_tree("smpl")["parents"])
+
+
 @cache
 def _tree(model: str) -> Mapping[str, Any]:
     """Names and parents of a model's joints."""
@@ -81,13 +86,13 @@ def joints_m(motion: SmplMotion) -> Array:
     With G_b the rotation of joint b in the frame and o_b its offset, x_b = x_parent + G_parent o_b; the root
     turns about the pelvis: x_0 = o_0 + translation (Loper et al. 2015).
     """
-    offset, parents = offsets_m(motion.model), _tree(motion.model)["parents"]
+    offset, before = offsets_m(motion.model), _tree(motion.model)["parents"]
     places = np.empty((*motion.rotations.shape[:2], 3))
     turned = np.empty_like(motion.rotations)
     places[:, 0] = offset[0] + motion.trans_m
     turned[:, 0] = motion.rotations[:, 0]
     for joint in range(1, motion.rotations.shape[1]):
-        parent = parents[joint]
+        parent = before[joint]
         places[:, joint] = places[:, parent] + rotations.rotate(turned[:, parent], offset[joint])
         turned[:, joint] = rotations.multiply(turned[:, parent], motion.rotations[:, joint])
     return places
