@@ -1,9 +1,10 @@
 """Time per second of video and peak memory, from a short clip to a long one: the clip over and over again.
 
 usage: python -m tools.bench.length EVIDENCE.npz [--seconds 10 60 600] [--plan NAME] [--threads N]
-                                    [--set SECTION.KEY=VALUE ...]
+                                    [--planner NAME] [--engine NAME] [--set SECTION.KEY=VALUE ...]
 
-Every length is a process of its own. The clip runs to and fro, so nothing jumps.
+The planner is that of the plan, if none is named. Every length is a process of its own. The clip runs to and
+fro, so nothing jumps.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simrecon import evidence, plan
+from simrecon import engines, evidence, plan, planners
 from simrecon.pipeline import Setup, reconstruct
 from simrecon.types import Array, Evidence, Scene
 from tools.bench import sampling
@@ -33,6 +34,8 @@ def main() -> None:
     parser.add_argument("--seconds", nargs="+", type=float, default=[10.0, 60.0, 600.0])
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--planner", choices=planners.names())
+    parser.add_argument("--engine", choices=engines.names(), default="sampling")
     parser.add_argument("--set", nargs="+", default=[], metavar="SECTION.KEY=VALUE", help="change the plan")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -43,7 +46,8 @@ def main() -> None:
     print(f"| video, s | frames | {stages} | processor, s per s | peak, MiB |")
     print("|---" * 7 + "|")
     for seconds in options.seconds:
-        same = ["--plan", options.plan, "--threads", str(options.threads)]
+        same = ["--plan", options.plan, "--threads", str(options.threads), "--engine", options.engine]
+        same += ["--planner", options.planner] if options.planner else []
         same += ["--set", *options.set] if options.set else []
         command = [
             sys.executable,
@@ -66,7 +70,9 @@ def one(options: argparse.Namespace) -> dict[str, object]:
     long = repeated(evidence.read(options.evidence), options.seconds[0])
     settings = sampling.changed(plan.read(options.plan), options.set)
     began = time.process_time()
-    result = reconstruct(long, Scene(), settings, Setup(threads=options.threads))
+    planner = options.planner or settings.planner
+    setup = Setup(planner=planner, engine=options.engine, threads=options.threads)
+    result = reconstruct(long, Scene(), settings, setup)
     seconds = float(long.times_s[-1] - long.times_s[0])
     return {
         "seconds": seconds,
