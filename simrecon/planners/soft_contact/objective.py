@@ -11,10 +11,9 @@ from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.physics import Motion, World
 from simrecon.types import Array, IntArray
 
-
 REACH_M = 0.25
-"""Contacts farther than this from the scene, all the time, are left out: a push would cost 10⁵ times as much as
-one from σ_d, and what a plan moves is centimetres."""
+"""Contacts farther than this from the scene, all the time, are left out: a push would cost 10⁵ times as much
+as one from σ_d, and what a plan moves is centimetres."""
 
 
 class Planned:

@@ -146,9 +146,7 @@ class Motion:
         normals = np.swapaxes(self.normals[rows, 1:-1], 0, 1)
         nearest = np.argmin(self.state.clearance_m[:, rows], axis=0)  # (G', T)
         friction = self.world.friction[nearest[:, 1:-1]].T
-        found = forces.explain(
-            self.wrench, self.arms[:, rows], self.cost[:, rows], normals, friction, start
-        )
+        found = forces.explain(self.wrench, self.arms[:, rows], self.cost[:, rows], normals, friction, start)
         every = np.zeros((*self.cost.shape, 3))
         every[:, rows] = found.forces
         return replace(found, forces=every)
