@@ -40,9 +40,10 @@ def honoured(asked: ContactTargets, touches: Flags, speed_mps: Array) -> tuple[H
     Args:
         asked: wishes.
         touches: (T, P) which parts touch.
-        speed_mps: (T, P) of the parts.
+        speed_mps: (T, P) of the parts, by the frame they arrive at; what comes to rest in a frame is still in
+            it, if it then stays.
     """
-    still = touches & (speed_mps < rules.SLOW_MPS)
+    still = touches & (_staying(asked.stay, speed_mps) < rules.SLOW_MPS)
     kinds = (
         ("stay", asked.stay, still),
         ("touch", asked.touch & ~asked.stay, touches),
@@ -54,6 +55,16 @@ def honoured(asked: ContactTargets, touches: Flags, speed_mps: Array) -> tuple[H
         for kind, frames, held in kinds
         if frames[:, column].any()
     )
+
+
+def _staying(stay: Flags, speed_mps: Array) -> Array:
+    """Speeds (T, P) by the steps within what is to stay: its first frame has that of the step from it."""
+    begins = stay.copy()
+    begins[1:] &= ~stay[:-1]
+    goes_on = np.zeros_like(stay)
+    goes_on[:-1] = stay[1:]
+    after = np.concatenate((speed_mps[1:], speed_mps[-1:]))
+    return np.where(begins & goes_on, after, speed_mps)
 
 
 def impossible(asked: ContactTargets, clearance_m: Array) -> Flags:

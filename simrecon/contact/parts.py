@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -25,11 +26,13 @@ class Part:
         name: of the part.
         at: primitives, and which of their points: `all`, `from`, `to`, `heel` or `toe`.
         points: of the body that tell whether the part is still.
+        held: points by which a simulation is held to a wish of the part.
     """
 
     name: str
     at: Mapping[str, str]
     points: tuple[str, ...]
+    held: tuple[str, ...]
 
 
 @cache
@@ -38,13 +41,16 @@ def parts() -> tuple[Part, ...]:
     entries = resources.toml("models", "contact", "parts.toml")["part"]
     sides = [side for entry in entries for side in mirrored(entry)]
     return tuple(
-        Part(side["name"], _at(side), tuple(_sided(side["name"], point) for point in side["points"]))
-        for side in sides
+        Part(side["name"], _at(side), _points(side, "points"), _points(side, "held")) for side in sides
     )
 
 
 def _at(entry: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     return {_sided(str(entry["name"]), name): which for name, which in entry["at"].items()}
+
+
+def _points(entry: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    return tuple(_sided(str(entry["name"]), point) for point in entry[key])
 
 
 def _sided(part: str, name: str) -> str:

@@ -33,6 +33,8 @@ NEAR_M = 0.02
 """A part of the body is near the scene."""
 FLIGHT_MIN_M = 0.05
 """Who is farther than that from everything flies."""
+PUSHED_N = 4.0
+"""About the weight of a hand: what lies on something by its own weight touches it."""
 LOADED_N = 20.0
 """A force plate under less than this is not loaded (the usual threshold of gait laboratories)."""
 
@@ -132,6 +134,11 @@ def seated(over_m: Array, speed_mps: Array, stature_m: float) -> Flags:
     """Frames in which a pelvis rests, too low to stand and too high to lie on the floor, (T,)."""
     between = (over_m > SEAT_LEAST_M) & (over_m < SEAT_MAX_OF_STATURE * stature_m)
     return np.asarray(between & (speed_mps < REST_MPS))
+
+
+def pushed(force_N: Array) -> Flags:
+    """Which parts touch by the force of a simulation, which has no noise, any shape."""
+    return np.asarray(force_N > PUSHED_N)
 
 
 def loaded(force_N: Array) -> Flags:

@@ -13,6 +13,7 @@ from simrecon import scene as scenes
 from simrecon.body import names, strength
 from simrecon.contact.parts import SIDES
 from simrecon.engines import feedforward, momentum
+from simrecon.engines.wished import Wished, wished
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations, splines
 from simrecon.plan import Plan
@@ -39,6 +40,7 @@ class Problem:
         orientations: (T, 17, 4) root and joint quaternions; com_m: (T, 3); points_m: (T, M, 3).
         point_weights: (M,) in the loss; point_rows: (M,) their sites in the model.
         planted: (T, M) how surely each point belongs to a foot that stands.
+        wished: where points are by the user's wishes of contact, or None.
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (T, 4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
@@ -60,6 +62,7 @@ class Problem:
     point_weights: Array
     point_rows: IntArray
     planted: Array
+    wished: Wished | None
     rays: Array
     scores: Array
     world_to_camera: Array | None
@@ -99,6 +102,7 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
     model = compile_text(text)
     skeleton = fit.body.skeleton
     qpos = with_items_at_rest(model, reference.qpos)
+    points_m = kinematics.configurations(fit.body, reference.qpos)[1]
     rays, scores = _observations(fit, evidence)
     return Problem(
         model=model,
@@ -113,10 +117,11 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
         draft_rad=_no_draft(model, clock, plan),
         orientations=reference.qpos[:, 3:].reshape(len(qpos), -1, 4),
         com_m=reference.com_m,
-        points_m=kinematics.configurations(fit.body, reference.qpos)[1],
+        points_m=points_m,
         point_weights=names.point_weights(),
         point_rows=locate(model).sites(model, skeleton.point_names),
         planted=_planted(fit),
+        wished=wished(fit, reference.qpos, points_m),
         rays=rays,
         scores=scores,
         world_to_camera=_camera_path(fit),

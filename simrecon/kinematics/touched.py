@@ -23,10 +23,12 @@ class Touched:
         clearance_m: (T, P) signed distance of the lowest point of each from what is nearest, negative inside.
         speed_mps: (T, P) of the slowest of its points that are about as low, by the frame it arrives at; the
             first frame has that of the second.
+        up: (T, P, 3) unit vectors away from what is nearest to each.
     """
 
     clearance_m: Array
     speed_mps: Array
+    up: Array
 
 
 def touched(body: Body, scene: Scene, qpos: Array, times_s: Array) -> Touched:
@@ -42,15 +44,30 @@ def touched(body: Body, scene: Scene, qpos: Array, times_s: Array) -> Touched:
     touch = contact_points(body.skeleton, body.primitives)
     pose = forward.forward(body.skeleton, root, base, rotvecs, 1.0)
     points = forward.points(pose, touch.segments, touch.offsets_m)  # (G, T, 3)
-    clearance = scenes.distances(scene, points)[0].min(axis=0) - touch.radii_m[:, None]  # (G, T)
+    clearance, up = _nearest(scene, points)
+    clearance -= touch.radii_m[:, None]
     step = np.linalg.norm(np.diff(points, axis=1), axis=-1) / np.diff(times_s)  # (G, T - 1)
     speed = np.concatenate((step[:, :1], step), axis=1)
     near = [clearance[rows] < clearance[rows].min(axis=0) + rules.NEAR_M for rows in touch.parts]
     slow = [
         np.where(own, speed[rows], np.inf).min(axis=0) for own, rows in zip(near, touch.parts, strict=True)
     ]
+    frames = np.arange(len(qpos))
+    lowest = [rows[clearance[rows].argmin(axis=0)] for rows in touch.parts]
     return Touched(
-        np.stack([clearance[rows].min(axis=0) for rows in touch.parts], axis=1), np.stack(slow, axis=1)
+        np.stack([clearance[row, frames] for row in lowest], axis=1),
+        np.stack(slow, axis=1),
+        np.stack([up[row, frames] for row in lowest], axis=1),
+    )
+
+
+def _nearest(scene: Scene, points_m: Array) -> tuple[Array, Array]:
+    """Distance (G, T) of points (G, T, 3) from what is nearest to each, and its gradient (G, T, 3)."""
+    apart, up = scenes.distances(scene, points_m)
+    own = apart.argmin(axis=0)[None]
+    return (
+        np.take_along_axis(apart, own, axis=0)[0],
+        np.take_along_axis(up, own[..., None], axis=0)[0],
     )
 
 

@@ -61,7 +61,7 @@ def of_motion(body: Body, scene: Scene, motion: Motion) -> Touched:
 
 def pushes(motion: Motion, found: Touched) -> Flags:
     """Which parts (T, P) the scene pushes: their primitives are loaded, and the part itself is near."""
-    loaded = rules.loaded(np.linalg.norm(motion.contact_force_N, axis=-1))  # (T, C)
+    loaded = rules.pushed(np.linalg.norm(motion.contact_force_N, axis=-1))  # (T, C)
     columns = [
         loaded[:, [motion.contact_body.index(name) for name in part.at]].any(axis=1) for part in parts.parts()
     ]

@@ -44,6 +44,9 @@ def test_the_parts_of_the_right_side_are_those_of_the_left() -> None:
             assert dict(other.at) == {p.replace("left_", "right_", 1): w for p, w in part.at.items()}
     for part in known.values():
         names.resolve(part.points)  # all of them are points of the body
+    held = [point for part in known.values() for point in part.held]
+    names.resolve(held)
+    assert len(held) == len(set(held))
 
 
 def test_contact_points_of_the_parts_lie_where_their_names_say() -> None:

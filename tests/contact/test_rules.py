@@ -51,6 +51,7 @@ def test_reference_contacts_are_low_and_slow() -> None:
 
 def test_limits_are_where_they_are_said_to_be() -> None:
     assert rules.loaded(np.array([19.9, 20.1])).tolist() == [False, True]
+    assert rules.pushed(np.array([3.9, 4.1])).tolist() == [False, True]
     assert rules.near(np.array([0.019, 0.021])).tolist() == [True, False]
     assert rules.touches(np.array([0.029, 0.031])).tolist() == [True, False]
     assert rules.on_support(np.array([0.005, 0.006])).tolist() == [True, False]

@@ -133,3 +133,16 @@ def test_what_is_far_from_everything_cannot_touch() -> None:
     kept = honoured.possible(asked, clearance)
     assert np.flatnonzero(~kept.touch[:, back]).tolist() == [3, 4]
     np.testing.assert_array_equal(kept.stay, kept.touch)
+
+
+def test_what_comes_to_rest_in_the_first_frame_is_still_in_it() -> None:
+    asked = wishes.targets((ContactWish("back", "auto", ((0.3, 0.6),)),), TIMES)
+    assert asked is not None
+    back = names().index("back")
+    touches, speed = np.ones((11, 11), bool), np.zeros((11, 11))
+    speed[3, back] = 5.0
+    (stays,) = honoured.honoured(asked, touches, speed)
+    assert stays.share == 1.0
+    speed[4, back] = 5.0  # it goes on
+    (stays,) = honoured.honoured(asked, touches, speed)
+    assert np.flatnonzero(~stays.held[stays.asked]).tolist() == [0, 1]

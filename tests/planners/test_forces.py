@@ -45,18 +45,21 @@ def test_the_slope_of_the_projection(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(project(vectors, normals, friction)[1], np.stack(moves, axis=-1), atol=1e-8)
 
 
-def test_no_other_forces_are_better(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("asked", [False, True])
+def test_no_other_forces_are_better(rng: np.random.Generator, *, asked: bool) -> None:
     wrench = 20.0 * rng.standard_normal((FRAMES, 6))
     arms = 20.0 * rng.standard_normal((FRAMES, CONTACTS, 6, 3))
     cost = 10.0 ** rng.uniform(-3, 3, (FRAMES, CONTACTS))
     normals, friction = unit(rng.standard_normal((FRAMES, CONTACTS, 3))), np.full((FRAMES, CONTACTS), 0.8)
 
+    wanted = rng.standard_normal((FRAMES, CONTACTS, 3)) if asked else np.zeros((FRAMES, CONTACTS, 3))
+
     def loss(forces: Array) -> Array:
         left = wrench - np.einsum("tcij,tcj->ti", arms, forces)
-        paid = np.sum(cost * np.sum(forces**2, axis=2), axis=1)
+        paid = np.sum(cost * np.sum(forces**2, axis=2) - 2 * np.sum(wanted * forces, axis=2), axis=1)
         return np.asarray(0.5 * np.sum(left**2, axis=1) + 0.5 * paid)
 
-    found = explain(wrench, arms, cost, normals, friction)
+    found = explain(wrench, arms, cost, normals, friction, wanted=wanted if asked else None)
     np.testing.assert_allclose(
         found.residual, wrench - np.einsum("tcij,tcj->ti", arms, found.forces), atol=1e-5
     )
@@ -64,7 +67,8 @@ def test_no_other_forces_are_better(rng: np.random.Generator) -> None:
     for size in (1e-4, 1e-2, 1.0):
         moved = found.forces + size * rng.standard_normal(found.forces.shape)
         assert (loss(project(moved, normals, friction)[0]) >= loss(found.forces)).all()
-    again = explain(wrench, arms, cost, normals, friction, start=rng.standard_normal((FRAMES, 6)))
+    start = rng.standard_normal((FRAMES, 6))
+    again = explain(wrench, arms, cost, normals, friction, start, wanted)
     np.testing.assert_allclose(again.residual, found.residual, atol=1e-5)
 
 

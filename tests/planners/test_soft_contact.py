@@ -12,7 +12,8 @@ import pytest
 from simrecon import evidence as readers
 from simrecon import kinematics, plan, planners, resources, schedule
 from simrecon import scene as scenes
-from simrecon.contact import wishes
+from simrecon.contact import rules, wishes
+from simrecon.contact.parts import names
 from simrecon.engines import feedforward
 from simrecon.engines import problem as problems
 from simrecon.evidence import resample
@@ -23,6 +24,8 @@ from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.resumed import resume
 from simrecon.kinematics.state import State
 from simrecon.planners import soft_contact
+from simrecon.planners.soft_contact.asked import SHARE
+from simrecon.planners.soft_contact.asked import asked as wanted
 from simrecon.planners.soft_contact.curvature import _by_unknowns, curvature
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.planners.soft_contact.objective import Planned
@@ -102,10 +105,47 @@ def _variables(fit: KinematicFit) -> layout.Variables:
     return layout.Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), np.zeros((leans.shape[1], layout.LEAN)))
 
 
-@pytest.mark.parametrize(("bare", "within"), [(True, 1e-5), (False, 5e-3)])
-def test_the_gradient_is_that_of_the_loss(
-    fit: KinematicFit, seen: Evidence, planned: Planned, *, bare: bool, within: float
+def wishing(fit: KinematicFit, seen: Evidence, world: World) -> World:
+    """The world in which the left sole is to bear something, and the right one nothing."""
+    asked = (
+        *(ContactWish(f"left_{end}", "grounded") for end in ("heel", "toe")),
+        ContactWish("right_toe", "never"),
+    )
+    wished = replace(fit, wished=wishes.targets(asked, seen.times_s))
+    problem, variables = resume(wished, seen, SETTINGS.kinematics)
+    return replace(world, asked=wanted(problem, variables, world.weight_N))
+
+
+def test_what_is_to_touch_bears_and_what_is_free_does_not(
+    fit: KinematicFit, seen: Evidence, planned: Planned
 ) -> None:
+    asked = wishing(fit, seen, planned.world)
+    parts = dict(zip(names(), planned.problem.contacts.parts, strict=True))
+
+    def borne(world: World, *own: str) -> Array:
+        motion = Motion(State(planned.problem, _variables(fit)), world)
+        pushed = np.linalg.norm(motion.explained(np.arange(len(motion.apart_m))).forces, axis=2)
+        return np.asarray(pushed[:, np.concatenate([parts[name] for name in own])].sum(axis=1))
+
+    left, right = ("left_heel", "left_toe"), ("right_toe",)
+    assert asked.asked is not None
+    for name in left:
+        near = asked.asked.force_N[parts[name]].sum(axis=0)
+        assert near.max() == pytest.approx(SHARE * planned.world.weight_N)
+        assert (borne(asked, name)[near[1:-1] > 0] > rules.LOADED_N).all()
+    assert borne(planned.world, *right).max() > 100.0
+    assert borne(asked, *right).max() < 0.1 * borne(planned.world, *right).max()
+
+
+@pytest.mark.parametrize(
+    ("bare", "wished", "within"), [(True, False, 1e-5), (True, True, 1e-5), (False, False, 5e-3)]
+)
+def test_the_gradient_is_that_of_the_loss(
+    fit: KinematicFit, seen: Evidence, planned: Planned, *, bare: bool, wished: bool, within: float
+) -> None:
+    if wished:
+        world = wishing(fit, seen, planned.world)
+        planned = Planned(planned.problem, world, planned.weight, planned.fit_com_m)
     if bare:
         flat, _ = resume(replace(fit, scene=replace(fit.scene, items=())), seen, SETTINGS.kinematics)
         planned = Planned(flat, planned.world, planned.weight, planned.fit_com_m)

@@ -1,6 +1,7 @@
 """The planner `soft_contact`: the laws of motion enter the estimate before the simulation (Xie et al. 2021).
 
 masses      the person as point masses
+asked       what a user wishes of the contacts, as forces
 forces      the forces of a scene that explain a wrench best
 physics     what moves the body, and what pushing costs
 objective   both with the evidence terms of the kinematic fit
@@ -24,6 +25,7 @@ from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.resumed import resume
 from simrecon.plan import Plan
 from simrecon.planners import none
+from simrecon.planners.soft_contact.asked import asked as wished
 from simrecon.planners.soft_contact.curvature import curvature
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.masses import Masses
@@ -74,6 +76,7 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         place_m=asked.place_m,
     )
     world = World(Masses.of(fit.body), fit.body.height_m, friction, scales)
+    world = replace(world, asked=wished(problem, variables, world.weight_N))
     for unit in asked.units:
         planned = Planned(problem, world.in_units(unit), asked.weight, fit.com_m)
         curved = partial(curvature, planned)

@@ -1,18 +1,19 @@
 """The forces by which a scene best explains a wrench: a convex problem of each frame, solved in its dual.
 
-    min_f  ½ ‖w - A f‖² + Σ_i ½ k_i ‖f_i‖²,   f_i in the friction cone of contact i
+    min_f  ½ ‖w - A f‖² + Σ_i (½ k_i ‖f_i‖² - b_i · f_i),   f_i in the friction cone of contact i
 
-with A what unit forces add to the wrench. With the residual r = w - A f, f_i = P_i(A_iᵀ r / k_i), P_i the
-projection onto the cone. So r, of six numbers, is the minimum of the smooth and strongly convex
+with A what unit forces add to the wrench, and b what is wanted of the forces. With the residual r = w - A f,
+f_i = P_i((A_iᵀ r + b_i) / k_i), P_i the projection onto the cone. So r, of six numbers, is the minimum of the
+smooth and strongly convex
 
-    φ(r) = ½ ‖r‖² - r · w + Σ_i k_i / 2 ‖P_i(A_iᵀ r / k_i)‖²
+    φ(r) = ½ ‖r‖² - r · w + Σ_i k_i / 2 ‖P_i((A_iᵀ r + b_i) / k_i)‖²
 
 which Newton's method finds in a few steps, for all frames at once.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -38,7 +39,13 @@ class Explained:
 
 
 def explain(
-    wrench: Array, arms: Array, cost: Array, normals: Array, friction: Array, start: Array | None = None
+    wrench: Array,
+    arms: Array,
+    cost: Array,
+    normals: Array,
+    friction: Array,
+    start: Array | None = None,
+    wanted: Array | None = None,
 ) -> Explained:
     """Solve all frames.
 
@@ -49,8 +56,9 @@ def explain(
         normals: (T, C, 3) unit vectors along which the scene pushes.
         friction: (T, C) coefficients.
         start: (T, 6) residuals to begin with; None: those without forces.
+        wanted: (T, C, 3) b; None: zero.
     """
-    cones = _Cones.of(arms, cost, normals, friction)
+    cones = _Cones.of(arms, cost, normals, friction, np.zeros_like(normals) if wanted is None else wanted)
     r = wrench.copy() if start is None else start.copy()
     value, slope, hessian, forces = _dual(r, wrench, cones)
     limit = TOLERANCE * (1.0 + np.linalg.norm(wrench, axis=1))
@@ -81,7 +89,7 @@ class _Cones:
 
     Attributes:
         columns: (T, C, 3, 6) columns of A. along: (T, C, 6) A n.
-        cost: (T, C). normals: (T, C, 3). friction: (T, C).
+        cost: (T, C). normals: (T, C, 3). friction: (T, C). wanted: (T, C, 3).
     """
 
     columns: Array
@@ -89,18 +97,17 @@ class _Cones:
     cost: Array
     normals: Array
     friction: Array
+    wanted: Array
 
     @classmethod
-    def of(cls, arms: Array, cost: Array, normals: Array, friction: Array) -> _Cones:
+    def of(cls, arms: Array, cost: Array, normals: Array, friction: Array, wanted: Array) -> _Cones:
         """Those of `explain`'s arguments."""
         columns = np.ascontiguousarray(np.swapaxes(arms, -1, -2))
-        return cls(columns, _moved(columns, normals), cost, normals, friction)
+        return cls(columns, _moved(columns, normals), cost, normals, friction, wanted)
 
     def at(self, rows: IntArray) -> _Cones:
         """Those of some frames."""
-        return _Cones(
-            self.columns[rows], self.along[rows], self.cost[rows], self.normals[rows], self.friction[rows]
-        )
+        return _Cones(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def _moved(columns: Array, vectors: Array) -> Array:
@@ -115,7 +122,8 @@ def _dual(r: Array, wrench: Array, cones: _Cones) -> tuple[Array, Array, Array, 
     """φ (T,), its slope (T, 6) and second derivative (T, 6, 6), and the forces (T, C, 3) at r (T, 6)."""
     frames = len(r)
     flat = cones.columns.reshape(frames, -1, 6)  # (T, 3 C, 6)
-    pushed = (flat @ r[..., None]).reshape(cones.normals.shape) / cones.cost[..., None]  # (T, C, 3)
+    pushed = (flat @ r[..., None]).reshape(cones.normals.shape) + cones.wanted
+    pushed /= cones.cost[..., None]  # (T, C, 3)
     near = _Nearest(pushed, cones.normals, cones.friction)
     forces = near.vectors
     value = 0.5 * np.sum(r**2, axis=1) - np.sum(r * wrench, axis=1)

@@ -21,6 +21,7 @@ from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.kinematics.state import State
 from simrecon.planners.soft_contact import forces
+from simrecon.planners.soft_contact.asked import Asked
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.types import Array, IntArray
@@ -56,12 +57,14 @@ class World:
         masses: of the body. stature_m: of it.
         friction: (S,) coefficients of the supports, the ground first.
         scales: units.
+        asked: what a user wishes of the contacts of the whole clip, or None.
     """
 
     masses: Masses
     stature_m: float
     friction: Array
     scales: Scales = Scales()
+    asked: Asked | None = None
 
     def in_units(self, share: float) -> World:
         """The same in units of force and moment of such a share of weight, and of weight times stature."""
@@ -146,10 +149,20 @@ class Motion:
         normals = np.swapaxes(self.normals[rows, 1:-1], 0, 1)
         nearest = np.argmin(self.state.clearance_m[:, rows], axis=0)  # (G', T)
         friction = self.world.friction[nearest[:, 1:-1]].T
-        found = forces.explain(self.wrench, self.arms[:, rows], self.cost[:, rows], normals, friction, start)
+        price, wanted = self._asked(normals, rows)
+        cost = self.cost[:, rows] + price
+        found = forces.explain(self.wrench, self.arms[:, rows], cost, normals, friction, start, wanted)
         every = np.zeros((*self.cost.shape, 3))
         every[:, rows] = found.forces
         return replace(found, forces=every)
+
+    def _asked(self, normals: Array, rows: IntArray) -> tuple[Array, Array | None]:
+        """What is asked of G' contacts: prices (n, G') that are added, and forces (n, G', 3) times these."""
+        asked = self.world.asked
+        if asked is None:
+            return np.zeros((len(normals), len(rows))), None
+        price = asked.price[rows, 1:-1].T / self.world.weight_N**2
+        return price, (price * asked.force_N[rows, 1:-1].T)[..., None] * normals
 
     def within(self, reach_m: float) -> IntArray:
         """Contacts that come so near to the scene at any time."""
@@ -157,7 +170,10 @@ class Motion:
 
     def loss(self, found: Explained) -> float:
         """Sum over frames."""
-        paid = np.sum(self.cost * np.sum(found.forces**2, axis=2))
+        price, wanted = self._asked(np.swapaxes(self.normals[:, 1:-1], 0, 1), np.arange(len(self.normals)))
+        paid = np.sum((self.cost + price) * np.sum(found.forces**2, axis=2))
+        if wanted is not None:
+            paid -= 2 * np.sum(wanted * found.forces)
         return 0.5 * float(np.sum(found.residual**2) + paid)
 
     def gradient(self, found: Explained, by_wrench: Array, by_com: Array) -> tuple[IntArray, Array, Array]:

@@ -16,6 +16,7 @@ from simrecon.engines.sampling import jacobian
 from simrecon.engines.sampling.jacobian import Linearised, linearise
 from simrecon.engines.sampling.task import Task
 from simrecon.engines.sampling.terms import TERMS, LossTerm, Moves, Seen
+from simrecon.engines.wished import Wished
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
 from simrecon.optim import gauss_newton
@@ -46,6 +47,7 @@ LOSSES = {
     "landmark": 100.0,
     "landmark_velocity": 0.5,
     "planted": 10.0,
+    "wished": 30.0,
     "prior_rate_hz": 15.0,
 }
 KINDS = ("air", "floor", "later", "camera", "moving", "ball", "sprung")
@@ -101,10 +103,13 @@ def filmed(kind: str) -> Problem:
 
 
 def narrow(problem: Problem) -> Problem:
-    """The same with ranges of the joints that their pose is a little beyond, or within, half planted."""
+    """The same with ranges of the joints that their pose is a little beyond, or within, half planted,
+    and with wishes of all points.
+    """
     pose = rotations.log(problem.orientations[0, 1:])
     limits = np.stack((pose - 0.02, pose - 0.01), axis=-1)
-    return replace(problem, limits_rad=limits, planted=np.full_like(problem.planted, 0.5))
+    wished = Wished(problem.points_m - [0.0, 0.01, 0.02], np.full_like(problem.planted, 1.0))
+    return replace(problem, limits_rad=limits, planted=np.full_like(problem.planted, 0.5), wished=wished)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,8 @@ from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
 from simrecon.engines.sampling.terms.landmarks import Landmark, LandmarkVelocity, Reprojection, TotalVariation
 from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
+from simrecon.engines.sampling.terms.wished import Wished
+from simrecon.engines.wished import Wished as WishedPlaces
 from simrecon.errors import InputError
 from simrecon.geometry import rotations
 from simrecon.optim import gauss_newton
@@ -178,6 +180,20 @@ def test_planted_is_the_velocity_of_what_stands_at_both_frames() -> None:
     assert Planted(1.0, np.array([1, 2]), 0.1).value(standing) == pytest.approx(0.5 * 1.0 + 0.25 * 4.0)
 
 
+def test_wished_is_how_far_points_are_from_where_they_are_wanted() -> None:
+    points = np.zeros((3, 2, 3))
+    points[1, 1], points[2, 1] = [0.0, 0.0, 2.0], [5.0, 0.0, 0.0]
+    wanted = WishedPlaces(np.zeros((3, 2, 3)), np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]))
+    rollout = seen(points=points)
+    wished = replace(rollout, targets=replace(rollout.targets, wished=wanted))
+    assert Wished(1.0, np.array([1])).value(wished) == pytest.approx(4.0)
+
+
+def test_a_term_without_wishes_is_left_out(make: type[Makers]) -> None:
+    plain = make.clip(make.settings(wished=1.0, landmark=1.0))
+    assert "wished" not in [term.name for term in terms.of_window(plain, 9)]
+
+
 # All terms together, on a clip of a person who sways before a camera.
 
 
@@ -191,7 +207,8 @@ def problem(make: type[Makers]) -> Problem:
     planted = rng.uniform(0.2, 1.0, problem.planted.shape)
     # ranges below what is seen, for most joints
     limits = np.stack((problem.limits_rad[..., 0] - 9.0, np.full((16, 3), -0.4)), axis=-1)
-    return replace(problem, scores=scores, planted=planted, limits_rad=limits)
+    wished = WishedPlaces(problem.points_m + 0.02, rng.uniform(0.2, 1.0, problem.planted.shape))
+    return replace(problem, scores=scores, planted=planted, wished=wished, limits_rad=limits)
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
 from simrecon.engines.sampling.terms.seen import Seen, Targets
 from simrecon.engines.sampling.terms.term import LossTerm
+from simrecon.engines.sampling.terms.wished import Wished
 from simrecon.errors import InputError
 
 __all__ = ["DIFFERENCES", "TERMS", "LossTerm", "Moves", "Seen", "Targets", "of_window"]
@@ -29,6 +30,7 @@ TERMS: tuple[type[LossTerm], ...] = (
     Landmark,
     LandmarkVelocity,
     Planted,
+    Wished,
     Reprojection,
     JointLimit,
     Prior,
@@ -48,7 +50,7 @@ def of_window(problem: Problem, frames: int) -> tuple[LossTerm, ...]:
     terms = []
     for term in TERMS:
         weight = getattr(problem.plan.loss, term.name)
-        if weight and (problem.world_to_camera is not None or not term.needs_camera):
+        if weight and term.applies(problem):
             terms.append(term.of(weight, problem, frames))
     if not terms:
         valid = ", ".join(term.name for term in TERMS)

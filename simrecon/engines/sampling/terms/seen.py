@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.wished import Wished
 from simrecon.sim.rollout import Rollouts
 from simrecon.types import Array, IntArray
 
@@ -19,6 +20,7 @@ class Targets:
         rays: (F, M, 2) undistorted detections x/z, y/z; scores: (F, M), zero where not seen.
         planted: (F, M) how surely each point stands.
         world_to_camera: (F, 4, 4), or None without a camera.
+        wished: where points are by a user's wishes of contact, or None.
     """
 
     com_m: Array
@@ -28,6 +30,7 @@ class Targets:
     scores: Array
     planted: Array
     world_to_camera: Array | None
+    wished: Wished | None = None
 
     @classmethod
     def at(cls, problem: Problem, frames: IntArray) -> Targets:
@@ -41,6 +44,7 @@ class Targets:
             scores=problem.scores[frames],
             planted=problem.planted[frames],
             world_to_camera=None if camera is None else camera[frames],
+            wished=None if problem.wished is None else problem.wished.at(frames),
         )
 
 

@@ -35,6 +35,11 @@ class LossTerm(ABC):
         """The term in a window of a clip that has so many frames of the loss."""
         return cls(weight)
 
+    @classmethod
+    def applies(cls, problem: Problem) -> bool:
+        """Whether the clip has what the term looks at."""
+        return problem.world_to_camera is not None or not cls.needs_camera
+
     @abstractmethod
     def value(self, seen: Seen) -> Array:
         """f, summed over the frames, without the weight: (P,)."""
