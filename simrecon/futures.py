@@ -8,19 +8,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from simrecon import evidence as readers
 from simrecon import job as jobs
 from simrecon import kinematics, results, running, synthesis, viewer
 from simrecon import plan as plans
 from simrecon.errors import InputError
-from simrecon.evidence import from_arrays, resample
-from simrecon.io import atomic, provenance
+from simrecon.evidence import from_arrays, npz, resample
+from simrecon.io import provenance
 from simrecon.io.messages import hint
 from simrecon.job import Job, Person, Reading, inputs
 from simrecon.observer import SILENT, Observer
 from simrecon.results import Result, kinematic
-from simrecon.results.folder import MOTION, PAGE
-from simrecon.synthesis import Futures, Known
+from simrecon.results.folder import MOTION
+from simrecon.synthesis import Futures, Known, record
 from simrecon.types import Evidence, Scene
 
 PLAN = "quick"
@@ -89,8 +88,9 @@ def of_job(
     if not 1 <= samples <= SAMPLES_MAX:
         raise InputError(f"--samples: found {samples}; valid: a whole number from 1 to {SAMPLES_MAX}")
     folder = Path(job.output)
-    _check_target(folder)
-    result = _result(job, at_s, observer)
+    _check_target(folder, samples)
+    ours = record.earlier(folder)
+    result = _result(job, at_s, observer, overwrite=bool(ours))
     motion, body = result.motion, result.body
     qpos = motion.qpos[:, : kinematic.coordinates(body)]
     known = Known(body, result.scene, motion.times_s, qpos)
@@ -98,39 +98,38 @@ def of_job(
     observer.stage("futures", 0.0, 1.0)
     futures = synthesis.predict(known, moment, samples, job.seed, plans.read(PLAN).kinematics)
     observer.stage("futures", 1.0, 1.0)
-    files = _written(folder, futures)
-    atomic.write_json(
-        folder / "synthesis.json",
-        {
-            "source": str(job.input),
-            "at_s": moment,
-            "seed": job.seed,
-            "files": [path.name for path in files],
-            "versions": provenance.versions(),
-        },
-    )
     shown = viewer.Ghosts(futures.times_s - float(motion.times_s[0]), futures.qpos)
-    atomic.write_text(folder / PAGE, viewer.render(result, alone=True, ghosts=shown))
-    done = tuple(_simulated(job, path, futures, observer) for path in files) if simulate else ()
-    return Synthesis(folder, futures, files, done)
+    page = viewer.render(result, alone=True, ghosts=shown)
+    contents = (*(npz.dumps(seen) for seen in _evidence(futures)), page.encode("utf-8"))
+    files = dict(zip(record.names(samples), contents, strict=True))
+    versions = provenance.versions()
+    record.write(folder, files, source=str(job.input), at_s=moment, seed=job.seed, versions=versions)
+    paths = tuple(folder / record.name(row, samples) for row in range(samples))
+    asked = paths if simulate else ()
+    done = tuple(_simulated(job, one, futures, observer, overwrite=one.name in ours) for one in asked)
+    return Synthesis(folder, futures, paths, done)
 
 
-def _check_target(folder: Path) -> None:
+def _check_target(folder: Path, samples: int) -> None:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: found a file; valid: a folder")
     if (folder / MOTION).exists():
         raise InputError(f"{folder}: holds a result, which would be lost; valid: another folder")
+    record.check(folder, samples)
 
 
-def _result(job: Job, at_s: float | None, observer: Observer) -> Result:
-    """The source as a result: what is a file is fitted, not simulated, if it holds the moment."""
+def _result(job: Job, at_s: float | None, observer: Observer, *, overwrite: bool) -> Result:
+    """The source as a result: what is a file is fitted, not simulated, if it holds the moment.
+
+    `overwrite`: one that an earlier synthesis has fitted is replaced even if it is better.
+    """
     if not Path(job.input).is_dir() or not (Path(job.input) / MOTION).is_file():
         times_s = resample(inputs.observe(job))[0].times_s
         synthesis.check_moment(times_s, float(times_s[-1]) if at_s is None else at_s)
         fitted = replace(
             job, output=str(Path(job.output) / "motion"), planner="none", engine="none", no_report=True
         )
-        return running.run(fitted, observer, overwrite=True)
+        return running.run(fitted, observer, overwrite=overwrite)
     usual = {"reading": Reading(), "person": Person(), "scene": Scene()}
     said = [name for name, value in usual.items() if getattr(job, name) != value]
     if said:
@@ -139,19 +138,6 @@ def _result(job: Job, at_s: float | None, observer: Observer) -> Result:
             "valid: leave them out"
         )
     return results.open_result(job.input)
-
-
-def _written(folder: Path, futures: Futures) -> tuple[Path, ...]:
-    """One evidence file for each future; those of an earlier synthesis go."""
-    with atomic.reported(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in folder.glob("future_[0-9][0-9]*.npz"):
-            path.unlink()
-    digits = max(2, len(str(len(futures.qpos) - 1)))
-    paths = tuple(folder / f"future_{row:0{digits}d}.npz" for row in range(len(futures.qpos)))
-    for path, seen in zip(paths, _evidence(futures), strict=True):
-        readers.write(path, seen)
-    return paths
 
 
 def _evidence(futures: Futures) -> Iterator[Evidence]:
@@ -168,11 +154,11 @@ def _evidence(futures: Futures) -> Iterator[Evidence]:
         )
 
 
-def _simulated(job: Job, path: Path, futures: Futures, observer: Observer) -> Result:
+def _simulated(job: Job, path: Path, futures: Futures, observer: Observer, *, overwrite: bool) -> Result:
     asked = {
         item.name: getattr(job, item.name)
         for item in dataclasses.fields(Job)
         if item.name in ("plan", "seed", "threads", "style", "no_report")
     }
     run = Job(str(path), str(path.with_suffix("")), scene=futures.scene, **asked)
-    return running.run(run, observer, overwrite=True)
+    return running.run(run, observer, overwrite=overwrite)

@@ -17,7 +17,7 @@ import numpy as np
 from simrecon import running
 from simrecon.errors import InputError, SimreconError
 from simrecon.evidence.video import survey
-from simrecon.io import atomic, toml
+from simrecon.io import atomic, reading, toml
 from simrecon.io.messages import counted
 from simrecon.job import Job, looking
 from simrecon.observer import SILENT, Observer
@@ -28,6 +28,8 @@ SEEN_MIN = 0.25
 """Share of the frames that are looked at, in which somebody has to be for a result of their own."""
 CAMERA = "shared_camera.toml"
 """Where the camera of the first result is kept, for the others."""
+MADE = "# Made by simrecon, and made again by the next run here.\n"
+"""The first line of it; a file without it is somebody's own, and stays."""
 _PERSONAL = {"height_m": "--height-m", "mass_kg": "--mass-kg", "betas": "--betas"}
 
 
@@ -131,8 +133,15 @@ def _keep(report: Report, path: Path) -> Path | None:
         "distortion": np.asarray(camera["dist"], float).tolist(),
         "world_to_camera": place.tolist(),
     }
-    atomic.write_text(path, toml.dumps(table))
+    names = (path.with_stem(f"{path.stem}{end}") for end in ("", *(f"-{i}" for i in range(2, 1000))))
+    path = next(one for one in names if _is_ours(one))
+    atomic.write_text(path, MADE + toml.dumps(table))
     return path
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a camera may be written there: nothing is, or one of ours."""
+    return not path.exists() or (path.is_file() and reading.read_bytes(path).startswith(MADE.encode()))
 
 
 def _seen_through(job: Job, camera: Path) -> Job:

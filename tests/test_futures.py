@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +16,7 @@ import pytest
 import simrecon
 from simrecon import cli, evidence, futures, running, synthesis
 from simrecon.errors import InputError
-from simrecon.synthesis import Futures
+from simrecon.synthesis import Futures, record
 from simrecon.types import Ground
 from tests.support.futures import known
 from tests.support.runs import hasty, seen
@@ -79,6 +82,51 @@ def test_futures_of_an_earlier_synthesis_go(folder: Path, motion: Path) -> None:
     for samples in (2, 1):
         simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=samples)
     assert [path.name for path in new.glob("*.npz")] == ["future_00.npz"]
+
+
+def test_files_of_others_stay(folder: Path, motion: Path) -> None:
+    new = motion.parent / "mine"
+    simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=2)
+    others = {"future_00_edited.npz": b"mine", "future_2026.npz": b"too", "future_01.npz": b"edited"}
+    for name, content in others.items():
+        (new / name).write_bytes(content)
+    simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=1)
+    assert {name: (new / name).read_bytes() for name in others} == others
+    with pytest.raises(InputError, match=r"future_01.npz: found a file that is not as a synthesis wrote it"):
+        simrecon.synthesize(folder / "motion", new, samples=2)
+    for name in ("report.html", "synthesis.json", "future_00.npz"):
+        alone = motion.parent / f"alone-{name}"
+        alone.mkdir()
+        (alone / name).write_text("{}")
+        with pytest.raises(InputError, match=f"{name}: found a file that is not as a synthesis wrote it"):
+            simrecon.synthesize(folder / "motion", alone, samples=1)
+        assert (alone / name).read_text() == "{}"
+
+
+def test_a_synthesis_that_is_cut_off_is_done_again(
+    folder: Path, motion: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    new = motion.parent / "cut"
+    with monkeypatch.context() as patch:
+        patch.setattr(record.atomic, "write_bytes", full_after(record.atomic.write_bytes, 2))
+        with pytest.raises(InputError, match=r"cannot be written \(No space left on device\)"):
+            simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=2)
+    assert [path.name for path in new.glob("*.npz")] == ["future_00.npz"]
+    made = simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=2)
+    assert all(path.is_file() for path in made.files)
+
+
+def full_after(write: Callable[..., None], count: int) -> Callable[..., None]:
+    """Writes so many files, then finds the disk full."""
+    left = [count]
+
+    def limited(path: Path, content: bytes, **more: Any) -> None:
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(path, content, **more)
+
+    return limited
 
 
 def test_what_is_impossible_is_one_line(

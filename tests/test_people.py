@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -59,6 +60,19 @@ def test_everybody_has_a_result_seen_by_one_camera(clip: Path, tmp_path: Path) -
     again = tmp_path / "again"
     assert cli.main(["rerun", str(tmp_path / "out"), "-o", str(again), "--seed", "1"]) == 0
     assert [one.name for one in folder.people(again)] == ["person1", "person2"]
+
+
+def test_a_camera_of_ones_own_stays(tmp_path: Path) -> None:
+    camera = {"K": np.eye(3), "dist": np.zeros(5), "image_size_px": (640, 480)}
+    report: dict[str, Any] = {
+        "camera": camera | {"world_to_camera": [np.eye(4)[:3]]},
+        "assumed": {"camera": {"origin": "estimated"}},
+    }
+    path = tmp_path / people.CAMERA
+    assert people._keep(report, path) == people._keep(report, path) == path
+    path.write_text("# mine\n", encoding="utf-8")
+    assert people._keep(report, path) == tmp_path / "shared_camera-2.toml"
+    assert path.read_text(encoding="utf-8") == "# mine\n"
 
 
 def test_who_fails_keeps_nobody_else_from_a_result(

@@ -40,9 +40,8 @@ def execute(task: BenchmarkTask) -> dict[str, Any]:
     try:
         return _said(task) | _execute(task)
     except Exception as error:  # one clip that fails must not end a night of others
-        return failed(
-            task, str(error) if isinstance(error, SimreconError) else traceback.format_exc(limit=-3)
-        )
+        expected = isinstance(error, SimreconError | OSError)  # the latter of a disk that is full, or fails
+        return failed(task, str(error) if expected else traceback.format_exc(limit=-3))
 
 
 def failed(task: BenchmarkTask, message: str) -> dict[str, Any]:

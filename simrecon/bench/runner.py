@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
-import multiprocessing
-import os
-import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from simrecon.bench import page, statics, targets
-from simrecon.bench.execution import RESULT, execute, failed
+from simrecon.bench import page, processes, statics, targets
+from simrecon.bench.execution import RESULT
 from simrecon.bench.schema import Check, Suite
 from simrecon.bench.task import BenchmarkTask, tasks
 from simrecon.errors import InputError
 from simrecon.exports import picture
 from simrecon.io import atomic, provenance
+from simrecon.io.messages import counted
 from simrecon.system import processor
 
 SCHEMA = "simrecon.bench/1"
@@ -79,9 +76,14 @@ def run(
         if (not clips or task.clip.name in clips) and (not variants or task.variant.name in variants)
     ]
     rows: dict[int, Row] = {}
-    for index, row in _finished(work, jobs):
-        rows[index] = row
-        report_row(len(rows), len(work), row)
+    try:
+        with contextlib.closing(processes.finished(work, jobs)) as finished:
+            for index, row in finished:
+                rows[index] = row
+                report_row(len(rows), len(work), row)
+    except KeyboardInterrupt as error:
+        done = sum(row["status"] != "failed" for row in rows.values())
+        raise KeyboardInterrupt(f"{done} of {counted(len(work), 'run')} kept in {output}") from error
     content: Row = {
         "schema": SCHEMA,
         "suite": suite.name,
@@ -134,40 +136,6 @@ def checked(check: Check) -> Row:
         "within_pct": check.within_pct,
         "met": bool(abs(error) <= check.within_pct),
     }
-
-
-def _finished(work: list[BenchmarkTask], jobs: int) -> Iterator[tuple[int, Row]]:
-    """Rows of the tasks by their index, as they finish."""
-    if jobs == 1:
-        for index, task in enumerate(work):
-            yield index, execute(task)
-        return
-    with workers(jobs) as pool:
-        waiting = {pool.submit(execute, task): index for index, task in enumerate(work)}
-        for future in as_completed(waiting):
-            index = waiting[future]
-            try:
-                yield index, future.result()
-            except BrokenProcessPool:
-                yield index, failed(work[index], "its worker ended early; run the suite again, which goes on")
-
-
-def workers(jobs: int) -> ProcessPoolExecutor:
-    """Processes for tasks, which end with this one, even if it is killed."""
-    # a fresh interpreter for each: a forked one would inherit the simulator's threads
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
-
-
-def _end_with_parent() -> None:
-    threading.Thread(target=_wait_for_parent, daemon=True).start()
-
-
-def _wait_for_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def write(target: Path, content: str) -> None:

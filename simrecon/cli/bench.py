@@ -10,7 +10,7 @@ from typing import Any
 from simrecon.bench import page, runner, suite
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 
 EXIT_FAILED = 1
 
@@ -64,7 +64,7 @@ def _bench(options: argparse.Namespace) -> int:
     if report is not None:
         before = report.read_text(encoding="utf-8") if report.is_file() else ""
         runner.write(report, page.replaced(before, chosen.name, text))
-    print(text, end="")
+    print("\n".join(map(printable, text.split("\n"))), end="")  # a suite may hold any text
     return EXIT_FAILED if any(row["status"] == "failed" for row in content["runs"]) else 0
 
 

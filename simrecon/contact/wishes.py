@@ -13,13 +13,15 @@ import numpy as np
 from simrecon.contact.parts import names
 from simrecon.errors import InputError
 from simrecon.io import tables, toml
-from simrecon.io.messages import check_keys
+from simrecon.io.messages import check_keys, shown
 from simrecon.types import Array, ContactLabels, ContactTargets, ContactWish, Flags, Interval
 
 SCHEMA = "simrecon.contacts/1"
 MODES = ("auto", "always", "never", "grounded")
 KINDS = ("touch", "free", "auto")
 """Of intervals."""
+INTERVALS_MAX = 10_000
+"""Of a part; each is looked for in all frames."""
 _Intervals = tuple[tuple[float, float], ...]
 
 
@@ -43,7 +45,7 @@ def read(path: Path | str) -> tuple[ContactWish, ...]:
     table = toml.load(path, "contacts")
     schema = table.pop("schema", None)
     if schema != SCHEMA:
-        raise InputError(f"{path}: schema is {schema!r}; valid: {SCHEMA!r}")
+        raise InputError(f"{path}: schema is {shown(schema)}; valid: {SCHEMA!r}")
     return build(table, str(path))
 
 
@@ -64,6 +66,8 @@ def _wish(part: str, table: Any, where: str) -> ContactWish:
     values = tables.build(WishTable, table, where, section=part)
     wish = ContactWish(part, values.mode, values.touch, values.free, values.auto)
     spans = sorted((*span, kind) for kind in KINDS for span in getattr(wish, kind))
+    if len(spans) > INTERVALS_MAX:
+        raise InputError(f"{where}: [{part}] found {len(spans)} intervals; valid: at most {INTERVALS_MAX}")
     for kind in (*KINDS, "found"):
         for low, high in getattr(values, kind):
             if not low < high:

@@ -12,7 +12,7 @@ from simrecon.evidence import cutting
 from simrecon.evidence.cutting import WHOLE, Span
 from simrecon.metrics import bones
 from simrecon.metrics.statistics import Scores
-from simrecon.results import open_result
+from simrecon.results import open_result, report_file
 from simrecon.sim.address import locate
 from simrecon.types import Motion, Report, Scene
 
@@ -75,7 +75,11 @@ def read(folder: Path | str, span: Span = WHOLE) -> Simulated:
         None if qpos is None else configurations(model, scene, qpos, parts, points)
         for qpos in (motion.kinematic_qpos, motion.planned_qpos)
     )
-    return Simulated(motion, scene, model, result.report if span.is_all else {}, body, kinematic, planned)
+    report = result.report if span.is_all else {}
+    simulated = Simulated(motion, scene, model, report, body, kinematic, planned)
+    with report_file.understood(folder):
+        reported(simulated)
+    return simulated
 
 
 def within(motion: Motion, span: Span, source: str) -> Motion:

@@ -61,10 +61,20 @@ def write(path: str | os.PathLike[str], evidence: Evidence) -> None:
     Raises:
         InputError: evidence that `read` would refuse, or a target that can't be written.
     """
-    content = _content(evidence)
-    check(evidence, os.fspath(path))
+    content = dumps(evidence, os.fspath(path))
     with atomic.reported(os.fspath(path)):
-        atomic.write_npz(os.fspath(path), content)
+        atomic.write_bytes(os.fspath(path), content)
+
+
+def dumps(evidence: Evidence, where: str = "evidence") -> bytes:
+    """The bytes of the file that `write` makes; `where` is named in errors.
+
+    Raises:
+        InputError: evidence that `read` would refuse.
+    """
+    content = _content(evidence)
+    check(evidence, where)
+    return atomic.npz_bytes(content)
 
 
 def check_names(evidence: Evidence, valid: Collection[str], path: str | os.PathLike[str]) -> None:

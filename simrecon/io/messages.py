@@ -13,7 +13,10 @@ _SHOWN = 100
 
 def shown(value: Any) -> str:
     """A value for a message, shortened, in one line."""
-    line = repr(value)
+    try:
+        line = repr(value)
+    except (ValueError, RecursionError):  # a number of thousands of digits, tables within tables
+        return f"{type(value).__name__} too large to show"
     return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 1]}…"
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,16 @@ import tomlkit
 
 from simrecon.errors import InputError
 from simrecon.io import reading
+from simrecon.io.limits import size_text
+
+MAX_BYTES = 8 << 20
+"""Of a file, for Python's reader takes a second or two for each million."""
+MAX_DEPTH = 64
+"""Tables and lists within each other."""
+_MOST_BITS = 14_000  # Python shows no number of more than 4,300 digits
+_PART = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_DEPTH}}}")
+"""A key of more parts than that, for each of which Python's reader keeps a copy of all before it."""
 
 
 def load(path: Path | str, noun: str = "file", *, any_bytes: bool = False) -> dict[str, Any]:
@@ -24,7 +36,7 @@ def load(path: Path | str, noun: str = "file", *, any_bytes: bool = False) -> di
         InputError: it can't be read, or is not TOML.
     """
     try:
-        raw = reading.read_bytes(path, reading.TEXT_MAX_BYTES)
+        raw = reading.read_bytes(path, MAX_BYTES)
         content = raw.decode("utf-8", "surrogateescape" if any_bytes else "strict")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -36,14 +48,37 @@ def loads(content: str, where: str) -> dict[str, Any]:
     """The tables in the text of a TOML file, which `where` names in messages.
 
     Raises:
-        InputError: it is not TOML.
+        InputError: it is not TOML, is nested more than `MAX_DEPTH` deep, or has a whole number of
+            thousands of digits.
     """
     try:
-        return tomllib.loads(content)
+        if len(content) > MAX_BYTES:
+            raise ValueError(f"more than {size_text(MAX_BYTES)}")
+        if _LONG_KEY.search(content):
+            raise ValueError(f"a key of more than {MAX_DEPTH} parts")
+        tree = tomllib.loads(content)
+        _check(tree)
     except RecursionError as error:
         raise InputError(f"{where}: not valid TOML: nested too deeply") from error
     except ValueError as error:
         raise InputError(f"{where}: not valid TOML: {error}") from error
+    return tree
+
+
+def _check(tree: dict[str, Any]) -> None:
+    """Check that all of a tree can be shown."""
+    level: list[Any] = [tree]
+    for _ in range(MAX_DEPTH):
+        inner = [value for table in level for value in _values(table)]
+        if any(isinstance(value, int) and value.bit_length() > _MOST_BITS for value in inner):
+            raise ValueError("a whole number of thousands of digits")
+        level = [value for value in inner if isinstance(value, dict | list)]
+    if level:
+        raise ValueError(f"nested more than {MAX_DEPTH} deep")
+
+
+def _values(table: Any) -> Iterable[Any]:
+    return table.values() if isinstance(table, dict) else table
 
 
 def dumps(table: dict[str, Any]) -> str:

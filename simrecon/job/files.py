@@ -12,7 +12,7 @@ from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.evidence.video import frames
 from simrecon.io import provenance, tables, toml
-from simrecon.io.messages import check_keys
+from simrecon.io.messages import check_keys, shown
 from simrecon.job.options import Person, Reading
 from simrecon.job.request import Job, contents
 from simrecon.scene import files as scene_files
@@ -34,7 +34,7 @@ def read(path: Path | str) -> Job:
     where = f"{path}:"
     schema = table.pop("schema", None)
     if schema != SCHEMA:
-        raise InputError(f"{where} schema is {schema!r}; valid: {SCHEMA!r}")
+        raise InputError(f"{where} schema is {shown(schema)}; valid: {SCHEMA!r}")
     folder = Path(path).resolve().parent
     known: dict[str, Any] = {
         name: tables.build(kind, table.pop(name, {}), f"{where} [{name}]") for name, kind in SECTIONS.items()
@@ -46,7 +46,15 @@ def read(path: Path | str) -> Job:
     check_keys(where, table, (*plain, *_OWN_FORM), ("input", "output"))
     for name, value in table.items():
         known[name] = tables.check(plain[name], value, where)
-    return with_paths(Job(**known), lambda file: str((folder / file).resolve()))
+    return with_paths(Job(**known), lambda file: _absolute(folder, file, where))
+
+
+def _absolute(folder: Path, file: str, where: str) -> str:
+    """A path that begins at a folder."""
+    try:
+        return str((folder / file).resolve())
+    except (OSError, ValueError, RuntimeError) as error:  # a NUL, links in a circle
+        raise InputError(f"{where} found the path {shown(file)} ({error}); valid: one of a file") from error
 
 
 def dumps(job: Job) -> str:
@@ -120,9 +128,9 @@ def _scene(table: Any, path: Path | str, folder: Path) -> Scene:
     if isinstance(table, str):
         return scene_files.read(folder / table)
     if not isinstance(table, dict):
-        raise InputError(f"{path}: scene is {table!r}; valid: a table, or the path of a scene file")
-    if not isinstance(own := table.get("folder", "."), str):
-        raise InputError(f"{path}: [scene] folder must be a path in quotes, found {own!r}")
+        raise InputError(f"{path}: scene is {shown(table)}; valid: a table, or the path of a scene file")
+    if not isinstance(own := table.get("folder", "."), str) or "\0" in own:
+        raise InputError(f"{path}: [scene] folder must be a path in quotes, found {shown(own)}")
     return scene_files.scene(table, folder / Path(path).name)
 
 
@@ -139,7 +147,7 @@ def _plan(table: Any, path: Path | str, folder: Path) -> plans.Plan:
         own = folder / table
         return plans.read(own if own.is_file() else table)
     if not isinstance(table, dict):
-        raise InputError(f"{path}: plan is {table!r}; valid: a table, or the name of a plan")
+        raise InputError(f"{path}: plan is {shown(table)}; valid: a table, or the name of a plan")
     inside, usual = dict(table), plans.read("default")
     name = str(inside.pop("name", "" if table else usual.name))
     content = {**plans.to_dict(usual), **inside}

@@ -50,6 +50,9 @@ __all__ = [
     "to_dict",
 ]
 
+ROUNDS_MAX = 20
+"""Of a planner; each takes as long as the first."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -105,9 +108,10 @@ def build(table: Mapping[str, Any], where: str) -> Plan:
         InputError: as `read`.
     """
     plan = tables.build(Plan, table, where)
-    if not plan.soft_contact.units:
+    if not 1 <= len(plan.soft_contact.units) <= ROUNDS_MAX:
         raise InputError(
-            f"{where}: [soft_contact] units: found none; valid: one number a round, 0.01 the last"
+            f"{where}: [soft_contact] units: found {len(plan.soft_contact.units) or 'none'}; "
+            f"valid: one number a round, 0.01 the last, at most {ROUNDS_MAX}"
         )
     length_s, overlap_s, spacing_s = plan.window.length_s, plan.window.overlap_s, plan.window.knot_spacing_s
     if overlap_s >= length_s:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from simrecon.job import Job, request
+from simrecon.results import report_file
 from simrecon.results.folder import MOTION
 from simrecon.results.view import Result
 from simrecon.types import Scene
@@ -23,8 +24,11 @@ def job_of(result: Result) -> Job:
 
 def scene_of(result: Result) -> Scene:
     """The scene of a result, in which a floor that the fit has put at its height is where it was before."""
-    scene, floor = result.scene, result.report.get("assumed", {}).get("floor", {})
-    if floor.get("origin") != "estimated" or floor.get("height_m") != scene.ground.height_m:
+    scene = result.scene
+    with report_file.understood(result.folder):
+        floor = result.report.get("assumed", {}).get("floor", {})
+        found = floor.get("origin") == "estimated" and floor.get("height_m") == scene.ground.height_m
+    if not found:
         return scene
     height_m = result.job.scene.ground.height_m
     return replace(scene, ground=replace(scene.ground, height_m=height_m))

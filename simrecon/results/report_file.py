@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from simrecon.errors import InputError
 from simrecon.io import tables
+from simrecon.io.limits import MISFITS
+from simrecon.io.messages import shown
 from simrecon.io.reading import read_text
 from simrecon.io.tables import number
 from simrecon.results.folder import REPORT, SCHEMA
@@ -61,12 +64,27 @@ def read(folder: Path | str) -> Report:
         raise InputError(f"{path}: found no table; valid: the report of a result folder")
     if report.get("schema") != SCHEMA:
         found = report.get("schema")
-        raise InputError(f"{path}: schema: found {found!r}; valid: {SCHEMA!r}, a result of this version")
+        raise InputError(f"{path}: schema: found {shown(found)}; valid: {SCHEMA!r}, a result of this version")
     source(report, path)
     person(report, path)
     if not isinstance(report.get("plan_name"), str) or not isinstance(report.get("plan"), Mapping):
         raise InputError(f"{path}: found no plan_name and plan; valid: the report of a result folder")
     return report
+
+
+@contextlib.contextmanager
+def understood(folder: Path | str) -> Iterator[None]:
+    """A block that takes values of a report for what they are in one that simrecon has written.
+
+    Raises:
+        InputError: one of them is of another kind.
+    """
+    try:
+        yield
+    except MISFITS as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        found = f"found a value of another kind than it has there ({reason})"
+        raise InputError(f"{Path(folder) / REPORT}: {found}; valid: the report of a result folder") from error
 
 
 def source(report: Report, path: Path) -> Source:

@@ -11,6 +11,7 @@ import numpy as np
 
 from simrecon.contact import parts
 from simrecon.errors import InputError, SimreconError
+from simrecon.io.limits import MISFITS
 from simrecon.studio import strip
 from simrecon.studio.clip import Clip
 from simrecon.studio.gate import Gate
@@ -91,7 +92,7 @@ class Bar:
             if not isinstance(said, dict):
                 raise InputError("a message must be a table")
             self._do(str(said.get("do")), said)
-        except (SimreconError, ValueError, KeyError, TypeError, RecursionError) as error:
+        except (SimreconError, *MISFITS) as error:
             return str(error)
         return ""
 

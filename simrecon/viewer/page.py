@@ -17,7 +17,7 @@ from simrecon.errors import printable
 from simrecon.exports import glb, scenery
 from simrecon.exports.gltf import Document
 from simrecon.io import atomic
-from simrecon.results import Result
+from simrecon.results import Result, report_file
 from simrecon.results.folder import PAGE
 from simrecon.types import Array, IntArray, Primitive
 from simrecon.viewer import curves, quality, seen, stills, tables
@@ -75,7 +75,7 @@ def render(result: Result, *, alone: bool = False, ghosts: Ghosts | None = None)
         "TITLE": html.escape(printable(result.folder.resolve().name)),
         "STYLE": (folder / "page.css").read_text(encoding="utf-8"),
         "LICENCE": html.escape((folder / "three.LICENSE.txt").read_text(encoding="utf-8")),
-        "DATA": embedded(content(result, rows) | ({"video": None} if alone else {}) | _told(ghosts)),
+        "DATA": data(result, rows, ({"video": None} if alone else {}) | _told(ghosts)),
         "MODEL": base64.b64encode(model(result, rows, ghosts)).decode(),
         "SCRIPTS": "\n".join(
             f"<script>{(folder / name).read_text(encoding='utf-8')}</script>" for name in SCRIPTS
@@ -83,6 +83,16 @@ def render(result: Result, *, alone: bool = False, ghosts: Ghosts | None = None)
     }
     template = (folder / "page.html").read_text(encoding="utf-8")
     return _MARK.sub(lambda mark: values.get(mark[1], mark[0]), template)
+
+
+def data(result: Result, rows: IntArray, more: dict[str, Any]) -> str:
+    """`content` of a result, and more, as it stands in the page.
+
+    Raises:
+        InputError: its report holds values of another kind than one of ours.
+    """
+    with report_file.understood(result.folder):
+        return embedded(content(result, rows) | more)
 
 
 def frames(count: int) -> IntArray:

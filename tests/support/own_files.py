@@ -19,6 +19,8 @@ from simrecon.batch.journal import Journal, Places
 from simrecon.body import model_file
 from simrecon.evidence.camera import files as cameras
 from simrecon.evidence.options import Options
+from simrecon.results import recall
+from simrecon.viewer import page as viewer_page
 from tests.support import runs, smpl_layout
 from tests.support.corpus import Sample
 
@@ -121,6 +123,8 @@ def _result(folder: Path) -> None:
     found = results.open_result(folder)
     for name in ("motion", "report", "scene", "model", "body", "plan", "job"):
         getattr(found, name)
+    viewer_page.data(found, viewer_page.frames(len(found.motion.times_s)), {})
+    recall.scene_of(found)
 
 
 def _night(folder: Path) -> None:

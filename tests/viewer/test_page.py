@@ -244,6 +244,25 @@ def test_results_of_another_version_and_files_are_one_line(
     assert "report.json: found a file; valid: a result folder" in capsys.readouterr().err
 
 
+HOSTILE: tuple[tuple[str, Any], ...] = (
+    ("agreement", {"fit_mean_m": "x"}), ("totals", {"seconds": {"kinematics": []}}), ("by_second", []),
+    ("metrics", {"footskate_pct": []}), ("verdict", {"verdict": float("nan")}), ("camera", {"K": 1}),
+    ("person", {"height_m": 1.7, "mass_kg": 60.0}),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "value"), HOSTILE)
+def test_values_of_another_kind_in_a_report_are_one_line(
+    made: Result, tmp_path: Path, key: str, value: Any
+) -> None:
+    other = tmp_path / "other"
+    shutil.copytree(made.folder, other)
+    report = made.report | {key: value} | ({"totals": []} if key == "person" else {})
+    (other / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    with pytest.raises(InputError, match=r"report\.json: found a value of another kind than it has there"):
+        page.render(results.open_result(other))
+
+
 @pytest.mark.slow
 def test_a_browser_shows_it(made: Result, tmp_path: Path) -> None:
     found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

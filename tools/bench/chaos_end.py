@@ -1,14 +1,12 @@
-"""End `run`, `batch` and `bench` by signals, and fill their disk, at random moments; look at what is left.
+"""End `run`, `batch` and `bench` by signals at random moments, and look at what is left.
 
     python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--span 4] [--plan PLAN]
     python -m tools.bench.chaos_end SUITE.toml -o OUT [--moments 50]
-    python -m tools.bench.chaos_end CLIP -o OUT --full 20 --plan PLAN
 
-With `--moments`, each command is begun so often and gets SIGTERM or SIGINT, in turn. It must end within a
-minute with 143 or 130, or have ended before; print no traceback; leave no process; and leave nothing but a
-whole result or what a batch goes on from. With `--full`, `run` and `batch` begin so often in a folder whose
-file system is full after a random byte (Linux, needs the right to mount one): one line, and the same command
-ends well once there is space. All processes that get a signal were started here.
+Each command is begun so often and gets SIGTERM or SIGINT, in turn; `bench` runs one clip at once or two. It
+must end within a minute with 143 or 130, or have ended before; print no traceback; leave no process; and
+leave nothing but a whole result or what a batch goes on from. All processes that get a signal were started
+here.
 """
 
 from __future__ import annotations
@@ -29,15 +27,23 @@ from tools.bench.chaos_batch import children, gone
 ENDS = {signal.SIGTERM: (143, 130, -signal.SIGTERM), signal.SIGINT: (130, -signal.SIGINT)}
 """What a command returns; below 0: it ended before its first line, which a shell calls 143 and 130."""
 LATEST_S = 60.0
-MEGABYTE = 1 << 20
 
 
-def command(name: str, clip: Path, output: Path, plan: str) -> list[str]:
-    """The command line of `run`, `batch` or `bench`."""
+def command(name: str, clip: Path, output: Path, plan: str, jobs: int = 1) -> list[str]:
+    """The command line of `run`, `batch` or `bench`, of the latter with so many runs at once."""
     words = {
         "run": ["run", str(clip), "-o", str(output / "run"), "--plan", plan, "--threads", "1"],
         "batch": ["batch", str(clip), "-o", str(output / "night"), "--plan", plan, "--jobs", "1"],
-        "bench": ["bench", str(clip), "--data", str(clip.parent), "-o", str(output / "bench")],
+        "bench": [
+            "bench",
+            str(clip),
+            "--data",
+            str(clip.parent),
+            "-o",
+            str(output / "bench"),
+            "--jobs",
+            str(jobs),
+        ],
     }
     return [sys.executable, "-m", "simrecon", *words[name]]
 
@@ -82,7 +88,8 @@ def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: flo
             place.mkdir(parents=True)
             number = tuple(ENDS)[i % 2]
             after_s = numbers.uniform(0.3, span_s)
-            status, said, hit, left = struck(command(name, clip, place, plan), number, after_s)
+            words = command(name, clip, place, plan, jobs=1 + i // 2 % 2)
+            status, said, hit, left = struck(words, number, after_s)
             hits += hit
             found = litter(place)
             faults = [
@@ -100,54 +107,19 @@ def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: flo
     return bad
 
 
-def fill_at_random(clip: Path, output: Path, plan: str, times: int, seed: int) -> int:
-    """The full disk; how often something was wrong."""
-    numbers, bad, full = random.Random(seed), 0, 0
-    disk = output / "disk"
-    disk.mkdir(parents=True, exist_ok=True)
-    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=32m", "tmpfs", str(disk)], check=True)
-    try:
-        for i in range(times):
-            name = ("run", "batch")[i % 2]
-            free = numbers.randrange(4096, MEGABYTE)
-            filler = disk / "filler"
-            filler.write_bytes(bytes(shutil.disk_usage(disk).free - free))
-            words = command(name, clip, disk / "out", plan)
-            (disk / "out").mkdir()
-            first = subprocess.run(words, capture_output=True, text=True, check=False)
-            filler.unlink()
-            again = subprocess.run(words, capture_output=True, text=True, check=False)
-            full += first.returncode not in (0, 3)
-            lines = [line for line in first.stderr.splitlines() if "error" in line]
-            if "Traceback" in first.stderr or len(lines) > 1 or again.returncode not in (0, 3):
-                bad += 1
-                said = f"{first.returncode} {first.stderr[-600:]} {again.stderr[-300:]}"
-                print(f"{name} with {free} bytes: {said}")
-            for path in disk.iterdir():
-                shutil.rmtree(path)
-    finally:
-        subprocess.run(["umount", str(disk)], check=True)
-    print(f"disk: {times} times, {full} of them full", flush=True)
-    return bad
-
-
 def main() -> int:
-    """Do one of the two, print what was wrong."""
+    """Print what was wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clip", type=Path, help="of run and batch, or a suite beside its data, of bench")
     parser.add_argument("-o", dest="output", type=Path, required=True)
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--moments", type=int, default=50)
     parser.add_argument("--span", type=float, default=4.0, help="s, the latest moment")
-    parser.add_argument("--full", type=int, default=0, help="times that the disk is filled instead")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     clip, output = options.clip.resolve(), options.output.resolve()
     began = time.monotonic()
-    if options.full:
-        bad = fill_at_random(clip, output, options.plan, options.full, options.seed)
-    else:
-        bad = end_at_random(clip, output, options.plan, options.moments, options.span, options.seed)
+    bad = end_at_random(clip, output, options.plan, options.moments, options.span, options.seed)
     print(f"{bad} with faults, {time.monotonic() - began:.0f} s")
     return 1 if bad else 0
 

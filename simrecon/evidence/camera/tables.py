@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from simrecon.errors import InputError
 from simrecon.evidence.camera import calibration
 from simrecon.evidence.camera.calibration import Calibration
 from simrecon.evidence.values import as_array
+from simrecon.io import toml
 from simrecon.io.arrays import Arrays
 
 OWN_KEYS = ("image_size_px", "matrix_px", "focal_px", "centre_px", "distortion", "world_to_camera")
@@ -25,8 +25,8 @@ def read(path: Path, raw: bytes) -> list[Calibration]:
         InputError: no TOML, or one without a camera.
     """
     try:
-        tree = tomllib.loads(raw.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        tree = toml.loads(raw.decode("utf-8-sig"), str(path))
+    except (ValueError, InputError) as error:
         valid = "TOML of simrecon, Pose2Sim or Caliscope, or YAML, XML or JSON of OpenCV's FileStorage"
         raise InputError(
             f"{path}: found no camera file ({' '.join(str(error).split())}); valid: {valid}"

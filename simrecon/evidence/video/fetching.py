@@ -12,6 +12,7 @@ import sys
 import tarfile
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -35,6 +36,10 @@ PIP_TARGET = (
 )
 _SIZE_MAX = 64 << 20
 _TIMEOUT_S = 1800.0
+_DAMAGED = (
+    OSError, tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, ValueError, RuntimeError, KeyError,
+)  # fmt: skip
+"""What a package that is cut off, damaged or locked ends in."""
 
 Runner = Callable[[Sequence[str], Path], None]
 
@@ -99,8 +104,8 @@ def fetch(names: Sequence[str], *, force: bool = False, runner: Runner = run) ->
         try:
             with tempfile.TemporaryDirectory(prefix="simrecon-") as place:
                 get(Path(place), offered, runner)
-        except (SimreconError, OSError, tarfile.TarError, zipfile.BadZipFile) as error:
-            failures.append(str(error))
+        except (SimreconError, *_DAMAGED) as error:
+            failures.append(str(error) or type(error).__name__)
             continue
         report |= {one.name: f"fetched by {client}" for one in offered}
         left = [one for one in left if one.name not in report]
