@@ -16,7 +16,8 @@ import pytest
 import simrecon
 from simrecon import cli, evidence, futures, running, synthesis
 from simrecon.errors import InputError
-from simrecon.synthesis import Futures, record
+from simrecon.io import atomic
+from simrecon.synthesis import Futures
 from simrecon.types import Ground
 from tests.support.futures import known
 from tests.support.runs import hasty, seen
@@ -108,7 +109,7 @@ def test_a_synthesis_that_is_cut_off_is_done_again(
 ) -> None:
     new = motion.parent / "cut"
     with monkeypatch.context() as patch:
-        patch.setattr(record.atomic, "write_bytes", full_after(record.atomic.write_bytes, 2))
+        patch.setattr(atomic, "write_bytes", full_after(atomic.write_bytes, 2))
         with pytest.raises(InputError, match=r"cannot be written \(No space left on device\)"):
             simrecon.synthesize(folder / "motion", new, at_s=2.6, samples=2)
     assert [path.name for path in new.glob("*.npz")] == ["future_00.npz"]

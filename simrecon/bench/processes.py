@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.process import BaseProcess
@@ -25,7 +25,7 @@ LOST = "its worker ended early; run the suite again, which goes on"
 Row = dict[str, Any]
 
 
-def finished(work: list[BenchmarkTask], jobs: int) -> Iterator[tuple[int, Row]]:
+def finished(work: list[BenchmarkTask], jobs: int) -> Generator[tuple[int, Row], None, None]:
     """Rows of the tasks by their index, as they finish, so many at once."""
     if jobs == 1:
         for index, task in enumerate(work):
