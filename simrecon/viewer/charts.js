@@ -149,7 +149,7 @@ const SimreconCharts = (() => {
       for (const cell of this.cells) {
         const x = this.charts.x(cell.from_s) + 0.5, wide = Math.max(this.charts.x(cell.to_s) - x - 0.5, 1);
         const rect = make("rect", { class: `cell ${cell.verdict}`, x, y: 2, rx: 3, height: 18, width: wide });
-        rect.append(make("title", {}, `${cell.from_s.toFixed(0)} to ${cell.to_s.toFixed(1)} s: ${cell.verdict}${cell.reason ? `, ${cell.reason}` : ""}`));
+        rect.append(make("title", {}, `${cell.from_s.toFixed(1)} to ${cell.to_s.toFixed(1)} s: ${cell.verdict}${cell.reason ? `, ${cell.reason}` : ""}`));
         this.svg.append(rect);
         if (wide > 16) this.svg.append(make("text", { class: "sign", x: x + wide / 2, y: 15.5, "text-anchor": "middle" }, signs[cell.verdict] || ""));
       }

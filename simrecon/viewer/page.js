@@ -22,6 +22,7 @@
     ].join(" · ");
     $("version").textContent = data.version;
     if (planned) $("executed").textContent = "Nothing was simulated: poses and forces are a plan.";
+    else if (lost) $("executed").append(" Shaded frames are not simulated: they show the kinematic fit, without forces.");
     if (data.video) { $("video").href = data.video; $("video").hidden = false; }
     const reasons = data.verdict ? data.verdict.reasons : [];
     $("reasons").replaceChildren(...reasons.map(reason => {
@@ -32,7 +33,7 @@
     const spans = poorSpans(), as = spans.length ? "Nothing speaks against this result as a whole." : "Nothing speaks against this result.";
     if (!reasons.length) $("reasons").append(html("p", { class: "unit" }, data.verdict ? as : "This result was made by an earlier version."));
     for (const span of spans.slice(0, SPANS_MAX)) {
-      const at = html("button", { type: "button", class: "link", title: "Go there" }, `${span.from_s.toFixed(0)} to ${span.to_s.toFixed(1)} s`);
+      const at = html("button", { type: "button", class: "link", title: "Go there" }, `${span.from_s.toFixed(1)} to ${span.to_s.toFixed(1)} s`);
       at.addEventListener("click", () => seek(span.from_s));
       $("reasons").append(html("p", {}, at, " ", html("span", { class: span.verdict }, span.verdict), `: ${span.reason}`));
     }
@@ -71,7 +72,8 @@
 
   function showNow() {
     const { frame, time } = state, feet = curves.feet_N;
-    $("now-time").textContent = `${(data.began_s + times[frame]).toFixed(2)} s`;
+    const fitted = curves.status[frame] === 1 ? ", not simulated" : "";
+    $("now-time").textContent = `${(data.began_s + times[frame]).toFixed(2)} s${fitted}`;
     const values = { left: feet.left_foot[frame], right: feet.right_foot[frame], sum: curves.grf_N[frame],
       height: curves.root_height_m[frame], speed: curves.root_speed_mps[frame] };
     for (const [key, value] of Object.entries(values)) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,8 @@ from simrecon.job import Job
 from simrecon.pipeline import Reconstruction
 from simrecon.results import Result
 from simrecon.studio.tab import Tab
-from tests.support import plan_text
+from tests.support import browser, plan_text
+from tests.support.browser import Page
 from tests.support.runs import job_of
 
 FAST = {"population": 8, "generations": 2, "length_s": 0.2, "overlap_s": 0.1, "evaluations": 10}
@@ -69,3 +71,18 @@ def plan_file(tmp_path: Path) -> Path:
     path = tmp_path / "fast.toml"
     path.write_text(plan_text.quick(FAST), encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Iterator[Page]:
+    """A browser."""
+    with browser.page(tmp_path / "profile") as shown:
+        yield shown
+
+
+@pytest.fixture
+def shots(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    """Where pictures go: `SIMRECON_SHOTS` keeps them."""
+    folder = Path(os.environ.get("SIMRECON_SHOTS", tmp_path)) / str(request.node.name)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -25,12 +24,6 @@ from tests.support.browser import Page
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]
 GRIP_M = 0.6
 """Where an arrow of the gizmo is grabbed, from its middle."""
-
-
-@pytest.fixture
-def page(tmp_path: Path) -> Iterator[Page]:
-    with browser.page(tmp_path / "profile") as shown:
-        yield shown
 
 
 @pytest.fixture(scope="module")
@@ -56,14 +49,6 @@ def long_clip(demo: Path) -> Path:
     long = replace(motion, **{**arrays, "times_s": step * np.arange(len(rows))})
     shutil.copytree(demo, folder)
     (folder / "motion.npz").write_bytes(motion_file.dumps(long))
-    return folder
-
-
-@pytest.fixture
-def shots(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
-    """Where pictures go: `SIMRECON_SHOTS` keeps them."""
-    folder = Path(os.environ.get("SIMRECON_SHOTS", tmp_path)) / str(request.node.name)
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
