@@ -67,6 +67,7 @@ def _tile(image: Image, detected: Detection, index: int) -> Image:
     if seen:
         canvas.dots(small, scale * (detected.points_px[index] + 0.5) - 0.5, detected.scores[index])
     word = f"frame {row}" if seen else f"frame {row}: lost"
+    word = f"frame {row}: hidden" if detected.hidden[index] else word
     _text(small, word, (4, size[1] - 6), canvas.LIGHT if seen else LOST)
     return small
 

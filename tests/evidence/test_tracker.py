@@ -147,7 +147,7 @@ def test_colours_that_change_for_good_lose_the_person_for_a_while_only() -> None
     made = Tracker(files.Rectangles(), Choice())
     before, after = files.scene([(60, 60, 80, RED)]), files.scene([(60, 60, 80, RED)])
     after[44:, 45:75][after[44:, 45:75, 2] == RED[2]] = GREEN  # most of the trunk
-    seen = [made.step(image, t / RATE) is not None for t, image in enumerate([before] * 5 + [after] * 60)]
+    seen = [made.step(image, t / RATE) is not None for t, image in enumerate([before] * 5 + [after] * 150)]
     assert seen[:6] == [True] * 5 + [False]
     assert seen[-1]
 

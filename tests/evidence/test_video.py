@@ -230,12 +230,16 @@ def test_a_video_gives_the_landmarks_of_another_estimate(clip: Path, tmp_path: P
 
 
 @fake
-def test_unseen_frames_are_told(tmp_path: Path) -> None:
-    images = [files.scene([(60, 60, 80, RED)] if t not in (5, 6, 7) else []) for t in range(20)]
+def test_unseen_and_hidden_frames_are_told(tmp_path: Path) -> None:
+    gone = (5, 6, 7, *range(20, 40))
+    images = [files.scene([(60, 60, 80, RED)] if t not in gone else []) for t in range(50)]
     found = evidence.read(files.write(tmp_path / "gap.mp4", images), Options(camera=lens()))
-    assert np.flatnonzero(np.isnan(found.keypoints_px).any(axis=(1, 2))).tolist() == [5, 6, 7]
-    assert (found.scores[5:8] == 0).all()
-    assert "unseen in 3 of 20 frames, lost 1 time" in found.reading
+    unseen = np.flatnonzero(np.isnan(found.keypoints_px).any(axis=(1, 2)))
+    assert unseen.tolist() == list(range(20, 40))
+    assert (found.scores[list(gone)] == 0).all()
+    assert np.isnan(found.joints_m[list(gone)]).all()
+    assert "unseen in 20 of 50 frames, lost 2 times" in found.reading
+    assert "hidden in 3 frames, and taken to go on as before" in found.reading
 
 
 @fake

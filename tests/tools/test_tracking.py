@@ -31,9 +31,11 @@ def test_landmarks_of_sixty_frames(name: str) -> None:
 def test_right_and_wrong_frames() -> None:
     true = np.tile([[0.0, 0.0], [10.0, 78.0]], (4, 1, 1))  # of somebody 100 px high
     found = true + np.array([0.0, 9.0, 15.0, 40.0])[:, None, None] / np.sqrt(2)
-    assert tracking.score(found, true) == (0.5, 0.25)
+    tall = tracking.heights_px(true)
+    np.testing.assert_allclose(tall, 100.0)
+    assert tracking.score(found, true, tall) == (0.5, 0.25)
     found[0] = np.nan
-    assert tracking.score(found, true) == (0.25, 0.25)
+    assert tracking.score(found, true, tall) == (0.25, 0.25)
 
 
 @pytest.mark.parametrize(("turn", "place"), [(90, (279.0, 10.0)), (180, (469.0, 99.0))])
@@ -56,4 +58,5 @@ def test_the_right_person_is_followed(name: str, shared_data: Path) -> None:
         pytest.skip("needs the network weights (simrecon models fetch)")
     rows, columns, points = tracking.read(tracking.LANDMARKS / f"{name}.csv")
     followed = detection.follow(shared_data / "video" / f"{name}.mp4", network, Look())
-    assert tracking.score(followed.points_px[rows][:, columns], points) == (1.0, 0.0)
+    found = followed.points_px[rows][:, columns]
+    assert tracking.score(found, points, tracking.heights_px(points)) == (1.0, 0.0)

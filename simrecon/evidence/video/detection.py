@@ -28,7 +28,7 @@ from simrecon.io.messages import counted
 from simrecon.types import Array
 
 # Of what turns frames into landmarks: raised by every change of it, so that older caches are not used.
-VERSION = 6
+VERSION = 7
 BODY_M = 2.2  # side of a person's region, about
 PEOPLE_MAX = 32
 _ROWS = 2048
@@ -149,6 +149,7 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
         began = now
         if progress is not None:
             progress(len(stamps), max(_expected(info, look), len(stamps)))
+    rows.set(passes.finish())
     if len(stamps) < cutting.LEAST_FRAMES and not look.span.is_all:
         raise cutting.too_few(str(path), look.span, len(stamps), (0.0, (info.count - 1) * interval))
     if follower.chosen < 0:

@@ -12,7 +12,20 @@ from simrecon.types import Array
 SAME_PERSON_MAX = 0.25  # two poses this near are one person's
 SIZE_RATIO_MAX = 1.4
 COLOUR_BINS = (12, 4, 4)  # hue, saturation, value
+COLOUR_SIDE = 96
+"""Of the small image of trunk and thighs whose colours are counted."""
+LINE_WIDTH = 0.05
 TRUNK = tuple(NAMES.index(name) for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip"))
+LINES = tuple(
+    (NAMES.index(begin), NAMES.index(end))
+    for begin, end in (
+        ("left_shoulder", "right_shoulder"), ("left_shoulder", "left_hip"), ("right_shoulder", "right_hip"),
+        ("left_shoulder", "right_hip"), ("right_shoulder", "left_hip"),
+        ("left_hip", "left_knee"), ("right_hip", "right_knee"),
+    )
+)  # fmt: skip
+CLOTHED = tuple(sorted({joint for line in LINES for joint in line}))
+"""Ends of the lines along which colours are counted."""
 BODY = tuple(range(NAMES.index("left_shoulder"), len(NAMES)))
 """All but the face."""
 PRESENCE_MIN = 0.5
@@ -72,22 +85,42 @@ def alike(a: Region, b: Region) -> bool:
 
 
 def colours(image: Image, pose: Pose) -> Array | None:
-    """Histogram of the trunk's colours, sum 1; None if too little of it is in the image."""
-    corners = pose.points_px[list(TRUNK)]
-    low = np.maximum(np.floor(corners.min(axis=0)), 0).astype(int)
-    high = np.minimum(np.ceil(corners.max(axis=0)), [image.shape[1], image.shape[0]]).astype(int)
-    if (high - low < 4).any():
+    """Histogram of the colours of trunk and thighs, sum 1; None if too little of them is in the image.
+
+    Along lines and not within an outline, which holds the background of who is seen from the side, and legs
+    and hair of who is tucked. Half of each pixel goes to the bins around its own, so that shade and blur
+    change little.
+    """
+    points = pose.points_px[list(CLOTHED)]
+    margin = LINE_WIDTH * pose.region.side_px
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    scale = COLOUR_SIDE / max(float((high - low).max()), 1.0)
+    matrix = np.array([[scale, 0.0, -scale * low[0]], [0.0, scale, -scale * low[1]]])
+    small = cv2.warpAffine(image, matrix, (COLOUR_SIDE, COLOUR_SIDE), borderMode=cv2.BORDER_CONSTANT)
+    mask = np.zeros((COLOUR_SIDE, COLOUR_SIDE), np.uint8)
+    places = np.rint((pose.points_px - low) * scale).astype(int)
+    for begin, end in LINES:
+        cv2.line(mask, places[begin].tolist(), places[end].tolist(), 255, max(round(margin * scale), 1))
+    corners = np.stack((np.zeros(2), [image.shape[1], image.shape[0]]))
+    (left, top), (right, bottom) = np.rint((corners - low) * scale).clip(0, COLOUR_SIDE).astype(int)
+    inside = mask[top:bottom, left:right]
+    if np.count_nonzero(inside) < max(0.3 * np.count_nonzero(mask), 20):
         return None
-    step = max(int((high - low).max()) // 64, 1)
-    part = np.ascontiguousarray(image[low[1] : high[1] : step, low[0] : high[0] : step])
-    mask = np.zeros(part.shape[:2], np.uint8)
-    cv2.fillConvexPoly(mask, np.rint((corners - low) / step).astype(np.int32), 255)
-    if np.count_nonzero(mask) < 20:
-        return None
-    hsv = cv2.cvtColor(part, cv2.COLOR_BGR2HSV)
-    counts = cv2.calcHist([hsv], [0, 1, 2], mask, list(COLOUR_BINS), [0, 180, 0, 256, 0, 256])
-    share: Array = np.asarray(counts, float).ravel()
-    return np.asarray(share / share.sum())
+    hsv = cv2.cvtColor(small[top:bottom, left:right], cv2.COLOR_BGR2HSV)
+    counts = cv2.calcHist([hsv], [0, 1, 2], inside, list(COLOUR_BINS), [0, 180, 0, 256, 0, 256])
+    share = _softened(np.asarray(counts, float))
+    return np.asarray(share.ravel() / share.sum())
+
+
+def _softened(counts: Array) -> Array:
+    """A histogram of hue, saturation and value, half of each bin added to those beside it; hue is round."""
+    result = counts + 0.5 * (np.roll(counts, 1, axis=0) + np.roll(counts, -1, axis=0))
+    for axis in (1, 2):
+        some = np.moveaxis(result.copy(), axis, 0)
+        more = np.moveaxis(result, axis, 0)
+        more[1:] += 0.5 * some[:-1]
+        more[:-1] += 0.5 * some[1:]
+    return result
 
 
 def colour_distance(a: Array | None, b: Array | None) -> float:

@@ -31,7 +31,8 @@ class Detection:
         rows: (T,) numbers of the frames in the video.
         points_px: (T, 33, 2), NaN where the person is unseen.
         scores: (T, 33), visibility × presence.
-        world_m: (T, 33, 3) around the middle of the hips, axes of the camera.
+        world_m: (T, 33, 3) around the middle of the hips, axes of the camera; NaN where the person is unseen
+            or hidden.
         swapped: (T, 2) left and right were exchanged by us, arms and legs.
         frame_ms: (T,) time spent on each frame, decoding included.
         sightings: (M, 6) row, index of the person, x0 y0 x1 y1, of everybody in the frames that were looked
@@ -70,6 +71,11 @@ class Detection:
     def seen(self) -> NDArray[np.bool_]:
         """(T,) whether the person was seen."""
         return np.asarray(np.isfinite(self.points_px).all(axis=(1, 2)))
+
+    @property
+    def hidden(self) -> NDArray[np.bool_]:
+        """(T,) whether the person is hidden, and only known to be on the way from one place to another."""
+        return np.asarray(self.seen & np.isnan(self.world_m).all(axis=(1, 2)))
 
 
 def save(path: Path, detection: Detection) -> None:

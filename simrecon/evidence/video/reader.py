@@ -167,6 +167,8 @@ def _notes(
             f"unseen in {int((~seen).sum())} of {counted(len(times), 'frame')}, "
             f"lost {counted(detected.losses, 'time')}"
         )
+    if hidden := int(detected.hidden.sum()):
+        notes.append(f"hidden in {counted(hidden, 'frame')}, and taken to go on as before")
     if detected.backward:
         notes.append(f"{counted(detected.backward, 'frame')} found backward in time")
     for part, number in zip(("arms", "legs"), detected.swapped.sum(axis=0), strict=True):

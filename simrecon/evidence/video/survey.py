@@ -29,11 +29,11 @@ SAMPLES = 16
 """Frames that are looked at, about: what half of a second shows in a clip of eight."""
 APART_MAX = 0.75
 """Cost at which two sightings are of two people."""
-SIZE_COST, PLACE_COST = 0.3, 0.1
-"""Of a size that is e times as large, and of a place one size away, beside the distance of the colours."""
+COLOUR_COST, SIZE_COST, PLACE_COST = 1.5, 0.3, 0.1
+"""Of colours that have nothing in common, a size that is e times as large, and a place one size away."""
 PLACE_MAX = 2.0
-COLOUR_SHARE = 0.3
-"""Of a new sighting's colours in those that are remembered."""
+COLOUR_SHARE, COLOUR_NEAR = 0.3, 0.3
+"""Of a new sighting's colours in those that are remembered, if they are so near: else it is half hidden."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,14 +140,14 @@ class _People:
         larger = abs(np.log(max(size_px(one.pose), 1e-6) / max(size_px(last), 1e-6)))
         apart = float(np.linalg.norm(middle(one.pose) - middle(last))) / max(size_px(last), 1e-6)
         hue = colour_distance(self._colours[person], one.colours)
-        return float(hue + SIZE_COST * larger + PLACE_COST * min(apart, PLACE_MAX))
+        return float(COLOUR_COST * hue + SIZE_COST * larger + PLACE_COST * min(apart, PLACE_MAX))
 
     def _join(self, person: int, one: Sighting) -> None:
         self.people[person].append(one)
         before = self._colours[person]
         if before is None:
             self._colours[person] = one.colours
-        elif one.colours is not None:
+        elif one.colours is not None and colour_distance(before, one.colours) <= COLOUR_NEAR:
             self._colours[person] = (1 - COLOUR_SHARE) * before + COLOUR_SHARE * one.colours
 
 

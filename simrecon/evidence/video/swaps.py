@@ -36,13 +36,13 @@ def find(
         times_s: (T,) increasing.
         points_px: (T, 33, 2), NaN where unseen.
         scores: (T, 33).
-        world_m: (T, 33, 3), NaN where unseen.
+        world_m: (T, 33, 3), NaN where unseen or hidden.
         scale_px: (T,) pixels per metre, about.
 
     Returns:
         (T, 2) for arms and legs.
     """
-    seen = np.flatnonzero(np.isfinite(points_px).all(axis=(1, 2)))
+    seen = np.flatnonzero(np.isfinite(points_px).all(axis=(1, 2)) & np.isfinite(world_m).all(axis=(1, 2)))
     result = np.zeros((len(times_s), 2), bool)
     if len(seen) < 3:
         return result

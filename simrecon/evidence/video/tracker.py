@@ -40,9 +40,10 @@ FAST_SHIFT, FAST_TURN_RAD = (
     0.06,
     0.12,
 )  # from one frame to the next, in sides of the region; slower is not ahead
-# Bhattacharyya distance of the trunk's colours, 0 the same to 1 nothing in common.
-COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.62, 0.55
-COLOUR_EASE_PER_S, COLOUR_EASE_MAX = 0.2, 0.85  # the limit of the search grows: light changes, people turn
+# Bhattacharyya distance of the colours, 0 the same to 1 nothing in common: people in a somersault come to
+# 0.4, others in other clothes to 0.55 and more.
+COLOUR_FOLLOW_MAX, COLOUR_SEARCH_MAX = 0.5, 0.45
+COLOUR_EASE_PER_S, COLOUR_EASE_MAX = 0.1, 0.85  # the limit of the search grows: light changes, people turn
 COLOUR_TIME_S = 0.5  # in which the remembered colours follow the seen ones, slower if they differ
 
 
@@ -68,10 +69,11 @@ class Tracker:
         first: the people in the frame in which the choice was made, the largest first; until then those of
             the frame with most of them.
         losses: how often the person was lost and found again.
+        colours_off: distance of the last pose's colours from those that were remembered.
     """
 
     def __init__(self, network: Network, choice: Choice) -> None:
-        self._network, self._choice = network, choice
+        self.network, self._choice = network, choice
         self._last: Pose | None = None
         self._before: Pose | None = None  # of the frame before the last one, if the person was followed
         self._last_s = self._before_s = self._side_px = 0.0
@@ -80,6 +82,7 @@ class Tracker:
         self.first: Sequence[Pose] = ()
         self.chosen = -1
         self.losses = 0
+        self.colours_off = 0.0
 
     def step(self, image: Image, time_s: float) -> Pose | None:
         """The person in the next frame, None where unseen.
@@ -103,10 +106,10 @@ class Tracker:
         """The person where they are expected, upright or turned."""
         ahead = self._ahead(time_s)
         reach = STEP_MAX + SPEED_MAX_PER_S * since_s
-        pose = self._network.pose(image, ahead)
+        pose = self.network.pose(image, ahead)
         best = pose if self._believed(image, pose, reach, COLOUR_FOLLOW_MAX, 0.0) else None
         if best is None or clarity(best) < CLARITY_WEAK:
-            for other in turned.poses(self._network, image, ahead):
+            for other in turned.poses(self.network, image, ahead):
                 turn = 1 - float(np.cos(other.region.angle_rad - ahead.angle_rad))
                 if best is not None and clarity(other) < clarity(best) + CLEARER + TURN_COST * turn:
                     continue
@@ -139,9 +142,9 @@ class Tracker:
         """Whether there is somebody whom it follows or searches for."""
         return self._last is not None
 
-    def may_be(self, image: Image, pose: Pose) -> bool:
+    def may_be(self, image: Image, pose: Pose, most: float = COLOUR_FOLLOW_MAX) -> bool:
         """Whether a pose can be the person's by its colours, wherever it is."""
-        return colour_distance(self._colours, colours(image, pose)) <= COLOUR_FOLLOW_MAX
+        return colour_distance(self._colours, colours(image, pose)) <= most
 
     def reversed(self, image: Image, pose: Pose, time_s: float) -> Tracker:
         """A tracker of the same person that goes back in time from a frame; its times are negative."""
@@ -151,7 +154,7 @@ class Tracker:
         return other
 
     def _choose(self, image: Image, time_s: float) -> Pose | None:
-        poses = people(self._network, image)
+        poses = people(self.network, image)
         index = self._index(poses)
         if index is None:
             if len(poses) > len(self.first):
@@ -173,15 +176,15 @@ class Tracker:
     def _search(self, image: Image, time_s: float, since_s: float) -> Pose | None:
         reach = SEARCH_MAX + SEARCH_SPEED_PER_S * since_s
         limit = min(COLOUR_SEARCH_MAX + COLOUR_EASE_PER_S * since_s, COLOUR_EASE_MAX)
-        candidates = self._network.candidates(image)
+        candidates = self.network.candidates(image)
         if not any(self._near(candidate.region, reach) for candidate in candidates):
             for tile in tiles(image.shape[1], image.shape[0]):
-                candidates += self._network.candidates(image, tile)
+                candidates += self.network.candidates(image, tile)
         best: tuple[float, Pose] | None = None
         for candidate in candidates:
             if not self._near(candidate.region, reach):
                 continue
-            pose = self._network.pose(image, candidate.region)
+            pose = self.network.pose(image, candidate.region)
             if self._believed(image, pose, reach, limit, since_s):
                 cost = colour_distance(self._colours, colours(image, pose)) + self._apart(pose.region)
                 cost += 1 - clarity(pose) + self._grown(pose.region)
@@ -228,10 +231,10 @@ class Tracker:
 
     def _take(self, image: Image, pose: Pose, time_s: float) -> Pose:
         seen = colours(image, pose)
+        self.colours_off = apart = colour_distance(self._colours, seen)
         if self._colours is None:
             self._colours = seen
         elif seen is not None:
-            apart = colour_distance(self._colours, seen)
             step = (1 - apart / COLOUR_FOLLOW_MAX) * min((time_s - self._last_s) / COLOUR_TIME_S, 0.2)
             share = step if apart < COLOUR_FOLLOW_MAX else 1.0  # found by the eased limit: as from now
             self._colours = (1 - share) * self._colours + share * seen
