@@ -144,9 +144,8 @@ def follow(path: Path, network: searching.Network, look: Look, progress: Progres
         behind.step(frame.image, tuple(filter(None, (poses[len(stamps)], here))))
         numbers.append(frame.row)
         stamps.append(frame.stamp_s)
-        now = time.perf_counter()
-        spent.append(1000 * (now - began))
-        began = now
+        spent.append(1000 * (time.perf_counter() - began))
+        began += spent[-1] / 1000
         if progress is not None:
             progress(len(stamps), max(_expected(info, look), len(stamps)))
     rows.set(passes.finish())
