@@ -26,8 +26,9 @@ def check(suite: Suite, path: str) -> None:
     _check_plans(suite, path)
     _check_formulas(suite, path)
     _check_clips_named(suite, path)
-    if suite.picture and suite.half != "both":
-        raise InputError(f"{path}: picture: found with half = {suite.half!r}; valid: with both halves")
+    for name, asked in (("picture", suite.picture), ("curves", suite.curves)):
+        if asked and suite.half != "both":
+            raise InputError(f"{path}: {name}: found with half = {suite.half!r}; valid: with both halves")
 
 
 def _check_names(kind: str, names: list[str], path: str) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from simrecon.bench import curves
 from simrecon.bench.rows import Row
 from simrecon.bench.schema import Suite
 from simrecon.bench.tables import MISSING, table_lines
 from simrecon.errors import InputError
+from simrecon.system import extras
 
 
 def markdown(suite: Suite, content: Row) -> str:
@@ -34,6 +36,8 @@ def markdown(suite: Suite, content: Row) -> str:
         lines += ["", "## Formulas", "", *_checks(content["checks"])]
     if content["targets"]:
         lines += ["", "## Targets", "", *_targets(content["targets"])]
+    if suite.curves:
+        lines += ["", "## Forces over time", "", *_curves(suite, content.get("curves", []))]
     failed = [run for run in runs if run["status"] == "failed"]
     if failed:
         lines += ["", "## Failed", ""]
@@ -64,6 +68,12 @@ def replaced(text: str, name: str, section: str) -> str:
             f"found the markers {start} and {end} not once each and in this order; valid: both, or none"
         )
     return text[: text.index(start)] + block + text[text.index(end) + len(end) :]
+
+
+def _curves(suite: Suite, names: Sequence[str]) -> list[str]:
+    if not names:
+        return [f"Not drawn: {curves.NEEDS} need matplotlib, which {extras.how('plot')} installs."]
+    return [f"![Forces over time, {name.removesuffix('.png')}]({suite.name}/{name})" for name in names]
 
 
 def _targets(rows: Sequence[Row]) -> list[str]:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from simrecon.bench import page, processes, statics, targets
+from simrecon.bench import curves, material, page, processes, statics, targets
 from simrecon.bench.execution import RESULT
 from simrecon.bench.schema import Check, Suite
 from simrecon.bench.task import BenchmarkTask, tasks
@@ -98,9 +98,10 @@ def run(
     content["checks"] = [checked(check) for check in suite.check]
     content["targets"] = targets.verdicts(suite, content["runs"])
     done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
-    content["pictures"] = []
+    content["pictures"], content["curves"] = [], []
     _save(suite, content, output)  # before the pictures, which can fail
     content["pictures"] = _pictures(suite, done, output)
+    content["curves"] = _curves(suite, done, output)
     _save(suite, content, output)
     return content
 
@@ -112,17 +113,47 @@ def _save(suite: Suite, content: Row, output: Path) -> None:
 
 def _pictures(suite: Suite, done: list[BenchmarkTask], output: Path) -> list[str]:
     """Draw the suite's pictures of the first variant and seed; names of the files, in `pictures`."""
-    first = {
-        task.clip.name: task.folder / RESULT
-        for task in done
-        if task.variant == suite.variant[0] and task.seed == suite.seeds[0]
-    }
+    first = {task.clip.name: task.folder / RESULT for task in _first(suite, done)}
     entries = [entry for entry in suite.picture if entry.clip in first]
     if entries:
         (output / "pictures").mkdir(exist_ok=True)
     for entry in entries:
         picture.write(first[entry.clip], output / "pictures" / f"{entry.clip}.png", entry.at)
     return [f"{entry.clip}.png" for entry in entries]
+
+
+def _curves(suite: Suite, done: list[BenchmarkTask], output: Path) -> list[str]:
+    """Draw forces over time of the first variant and seed; names of the files, in a folder of that name.
+
+    Without matplotlib nothing is drawn, and the page says so.
+    """
+    if not suite.curves or not curves.drawable():
+        return []
+    folder = output / suite.name
+    folder.mkdir(exist_ok=True)
+    drawn = [
+        curves.write(task.folder / RESULT, material.files(task)[1], folder / f"{task.clip.name}.png")
+        for task in _first(suite, done)
+    ]
+    return [path.name for path in drawn if path is not None]
+
+
+def copy_curves(suite: Suite, content: Row, output: Path, folder: Path) -> None:
+    """Put the curves of a run beside a page that shows them, in a folder of the suite's name.
+
+    Raises:
+        InputError: they can't be written.
+    """
+    for name in content["curves"]:
+        target = folder / suite.name / name
+        with atomic.reported(target):
+            target.parent.mkdir(exist_ok=True)
+            atomic.write_bytes(target, (output / suite.name / name).read_bytes())
+
+
+def _first(suite: Suite, done: list[BenchmarkTask]) -> list[BenchmarkTask]:
+    """Runs of the first variant and seed."""
+    return [task for task in done if task.variant == suite.variant[0] and task.seed == suite.seeds[0]]
 
 
 def checked(check: Check) -> Row:

@@ -161,7 +161,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Suite:
-    """All of a suite; `half` = `kinematics` runs no simulation."""
+    """All of a suite; `half` = `kinematics` runs no simulation; `curves`: forces over time are drawn."""
 
     purpose: str = text()
     plan: str = text()
@@ -173,5 +173,6 @@ class Suite:
     half: str = choice(*HALVES, default="both")
     check: tuple[Check, ...] = ()
     picture: tuple[Picture, ...] = ()
+    curves: bool = False
     name: str = not_in_file("")
     folder: Path = not_in_file(Path())

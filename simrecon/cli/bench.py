@@ -64,6 +64,7 @@ def _bench(options: argparse.Namespace) -> int:
     if report is not None:
         before = report.read_text(encoding="utf-8") if report.is_file() else ""
         runner.write(report, page.replaced(before, chosen.name, text))
+        runner.copy_curves(chosen, content, Path(options.output), report.parent)
     print("\n".join(map(printable, text.split("\n"))), end="")  # a suite may hold any text
     return EXIT_FAILED if any(row["status"] == "failed" for row in content["runs"]) else 0
 

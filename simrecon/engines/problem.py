@@ -24,6 +24,8 @@ from simrecon.sim.models import compile_text
 from simrecon.types import Array, Evidence, IntArray, KinematicFit, Reference, Window
 
 MIN_SCORE = 0.1
+FEET = tuple(f"{side}_ankle" for side in SIDES)
+"""Segments of the feet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +46,8 @@ class Problem:
         rays: (T, M, 2); scores: (T, M), zero where not seen; world_to_camera: (T, 4, 4) or None.
         joint_rows: rows of the points that are joint centres.
         limits_rad: (16, 3, 2).
+        pushed: (T, 2, 6) moment about the world's origin, and force, that the plan has act on each foot; None
+            where the planner knows no forces.
     """
 
     model: mujoco.MjModel
@@ -68,6 +72,7 @@ class Problem:
     world_to_camera: Array | None
     joint_rows: IntArray
     limits_rad: Array
+    pushed: Array | None = None
 
     @property
     def interval_s(self) -> float:
@@ -127,6 +132,7 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
         world_to_camera=_camera_path(fit),
         joint_rows=np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0),
         limits_rad=skeleton.limits_rad,
+        pushed=_pushed(reference),
     )
 
 
@@ -140,6 +146,15 @@ def _planted(fit: KinematicFit) -> Array:
             for point, sure in (("ankle", heel * toe), ("heel", heel), ("mtp", toe), ("toe", toe)):
                 planted[:, points.index(f"{side}_{point}")] = sure
     return planted
+
+
+def _pushed(reference: Reference) -> Array | None:
+    """What the plan has act on the feet, (T, 2, 6): moment about the world's origin, and force."""
+    force, place = reference.contact_force_N, reference.contact_place_m
+    if force is None or place is None:
+        return None
+    on = np.array([[segment == foot for segment in reference.contact_segments] for foot in FEET], float)
+    return on @ np.concatenate((np.cross(place, force), force), axis=-1)
 
 
 def _no_draft(model: mujoco.MjModel, clock: Clock, plan: Plan) -> Array:

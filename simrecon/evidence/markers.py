@@ -4,8 +4,8 @@ Hips: Harrington et al. 2007, from pelvic width and depth (`mocap.centres`, `mod
 and ankles: middle between the two markers of a static trial, carried along by the shank's markers (Cappozzo
 et al. 1995). Elbows and wrists: middle between their two markers. Shoulders: under the acromion by 17 % of
 the distance of the acromia (the same file). Heels and toes lie on the sole, as those of the
-body do: on the floor under the marker on the calcaneus, and under the middle of the forefoot's markers, in
-the static trial; carried along by the foot's markers.
+body do: on the floor under the marker on the calcaneus, and as far in front of it, towards the middle of the
+forefoot's markers, as a foot is long, in the static trial; carried along by the foot's markers.
 """
 
 from __future__ import annotations
@@ -94,9 +94,7 @@ def joint_centres(
             centres[f"{side}_{joint}"] = _carried(
                 static, moving, markers[f"{side}_shank"], np.mean(pair, axis=0)
             )
-        for end in ("heel", "toe"):
-            pair = [np.nanmedian(static.of(name), axis=0) for name in markers[f"{side}_{end}"]]
-            under = np.append(np.mean(pair, axis=0)[:2], 0.0)
+        for end, under in zip(("heel", "toe"), _sole(static, markers, side), strict=True):
             centres[f"{side}_{end}"] = _carried(static, moving, markers[f"{side}_foot"], under)
         centres |= {f"{side}_{point}": of(f"{side}_{point}") for point in ("elbow", "wrist")}
     acromia = {side: of(f"{side}_acromion") for side in sides}
@@ -107,6 +105,26 @@ def joint_centres(
     for side in sides:
         centres[f"{side}_shoulder"] = acromia[side] + drop * width * down
     return centres
+
+
+def _still(static: Markers, markers: Mapping[str, tuple[str, ...]], role: str) -> Array:
+    """The middle (3,) of the markers of a role in the static trial."""
+    return np.asarray(np.mean([np.nanmedian(static.of(name), axis=0) for name in markers[role]], axis=0))
+
+
+def _sole(static: Markers, markers: Mapping[str, tuple[str, ...]], side: str) -> tuple[Array, Array]:
+    """Back end and front end (3,) of a sole in the static trial.
+
+    The front end lies beyond the markers of the forefoot, which are on its knuckles, as in `mocap.feet`.
+    """
+    heel, front, knee, ankle = (
+        _still(static, markers, f"{side}_{role}") for role in ("heel", "toe", "knee", "ankle")
+    )
+    stature_m = float(np.linalg.norm(knee - ankle)) / float(table("stature")["shank"])
+    reach = front[:2] - heel[:2]
+    length = float(np.linalg.norm(reach))
+    tip = heel[:2] + max(length, float(table("foot")["length"]) * stature_m) / length * reach
+    return np.append(heel[:2], 0.0), np.append(tip, 0.0)
 
 
 def _carried(static: Markers, moving: Markers, cluster: tuple[str, ...], centre: Array) -> Array:

@@ -15,6 +15,7 @@ import subprocess  # nosec B404  # runs this Python alone
 import sys
 import weakref
 from collections.abc import Sequence
+from dataclasses import fields
 from threading import Thread
 from typing import IO, Any
 
@@ -43,7 +44,7 @@ class Colleague:
             something else failed meanwhile, is not asked again.
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
+    def __init__(self, inverse: Inverse) -> None:
         """Start it, without waiting for it."""
         self.ready = False
         command = [sys.executable, "-P", "-m", __name__]
@@ -55,7 +56,8 @@ class Colleague:
             env=child.environment(),
         )
         self.close = weakref.finalize(self, _end, self.process)
-        Thread(target=_introduce, args=(weakref.ref(self), self.process, _binary(model)), daemon=True).start()
+        told = {"model": _binary(inverse.model), "felt": np.array(inverse.felt, np.int64)}
+        Thread(target=_introduce, args=(weakref.ref(self), self.process, told), daemon=True).start()
 
     def ask(self, states: Array, ctrl: Array, parts: Sequence[slice]) -> bool:
         """Whether it was asked for parts of a trajectory, as `derivatives.transitions` has it."""
@@ -78,13 +80,16 @@ class Colleague:
             return {}
         self.ready = True
         starts = (int(name.split()[1]) for name in found if name.startswith("state "))
-        return {start: Transitions(found[f"state {start}"], found[f"control {start}"]) for start in starts}
+        return {
+            start: Transitions(*(found[f"{field.name} {start}"] for field in fields(Transitions)))
+            for start in starts
+        }
 
 
-def _introduce(colleague: weakref.ref[Colleague], process: subprocess.Popen[bytes], model: Array) -> None:
+def _introduce(colleague: weakref.ref[Colleague], process: subprocess.Popen[bytes], told: Arrays) -> None:
     """Tell a process its model, and that it is ready who asks it, if anybody does any more."""
     with contextlib.suppress(OSError, EOFError, ValueError):
-        packing.send(process.stdin, {"model": model})
+        packing.send(process.stdin, told)
         packing.receive(process.stdout)
         if (found := colleague()) is not None:
             found.ready = True
@@ -111,10 +116,9 @@ def _binary(model: mujoco.MjModel) -> Array:
 
 def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     """Answer one request after another, until there are no more."""
-    model = mujoco.MjModel.from_binary_path(
-        "model.mjb", {"model.mjb": packing.receive(requests)["model"].tobytes()}
-    )
-    inverse = Inverse(model)
+    told = packing.receive(requests)
+    model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": told["model"].tobytes()})
+    inverse = Inverse(model, told["felt"].tolist())
     packing.send(answers, {"ready": np.ones(1)})
     while True:
         try:
@@ -125,7 +129,7 @@ def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
         with unlogged():
             for start in (name.split()[1] for name in asked if name.startswith("ctrl ")):
                 own = transitions(inverse, asked[f"states {start}"], asked[f"ctrl {start}"])
-                found[f"state {start}"], found[f"control {start}"] = own.state, own.control
+                found |= {f"{field.name} {start}": getattr(own, field.name) for field in fields(own)}
         packing.send(answers, found)
 
 

@@ -11,7 +11,7 @@ constraint is solved again. Positions move by q⁺ = q ⊕ h v⁺, so that tange
 
     δq⁺ = E δq + h R δv⁺,        E = exp(h ω)ᵀ and R = J_r(h ω) for rotations, 1 for all else.
 
-Axes: N steps, V degrees of freedom of the model, U motors, X unknowns.
+Axes: N steps, V degrees of freedom of the model, U motors, X unknowns, K bodies that are felt.
 """
 
 from __future__ import annotations
@@ -38,10 +38,12 @@ class Transitions:
 
     Attributes:
         state: (N, 2 V, 2 V) by the state before. control: (N, 2 V, U) by the control.
+        wrench: (N, 6 K, 2 V + U) of what acts on the bodies that are felt, by both.
     """
 
     state: Single
     control: Single
+    wrench: Single
 
 
 def transitions(inverse: Inverse, states: Array, ctrl: Array) -> Transitions:
@@ -60,12 +62,15 @@ def transitions(inverse: Inverse, states: Array, ctrl: Array) -> Transitions:
     known = np.asarray(finite)[:, None, None]
     left = np.where(known, forces.by_acceleration, np.eye(nv))
     change = np.linalg.solve(left, np.where(known, -step_s * right, 0.0))  # of v
+    felt = forces.wrenches.reshape(len(ctrl), -1, 3 * nv)
+    wrench = felt[..., 2 * nv :] @ change / step_s
+    wrench[..., : 2 * nv] += felt[..., : 2 * nv]
     change[:, np.arange(nv), nv + np.arange(nv)] += 1.0
     offsets = step_s * qvel_of(model, states[1:])
     moved = step_s * by_offset(inverse.tree, offsets, change)
     moved[:, :, :nv] += by_start(inverse.tree, offsets)
     whole = np.concatenate((moved, change), axis=1).astype(np.float32)
-    return Transitions(whole[..., : 2 * nv], whole[..., 2 * nv :])
+    return Transitions(whole[..., : 2 * nv], whole[..., 2 * nv :], wrench.astype(np.float32))
 
 
 def by_start(tree: Tree, offsets: Array) -> Array:

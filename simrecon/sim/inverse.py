@@ -33,6 +33,7 @@ import numpy as np
 from simrecon.geometry import rotations
 from simrecon.sim import reaction
 from simrecon.sim.address import motor_dofs
+from simrecon.sim.reaction import Reaction
 from simrecon.sim.rigid import Motion, Rigid
 from simrecon.sim.state import qpos_of, qvel_of
 from simrecon.sim.steps import Reader, Step
@@ -42,12 +43,17 @@ from simrecon.types import Array
 
 @dataclass(frozen=True, eq=False)
 class ForceSlopes:
-    """∂f of N steps: by tangents of q, by v and by a, (N, V, V) each, and by the control (N, V, U)."""
+    """∂f of N steps: by tangents of q, by v and by a, (N, V, V) each, and by the control (N, V, U).
+
+    Attributes:
+        wrenches: (N, K, 6, 3 V) of what the scene does to the bodies that are felt, by q, v and a.
+    """
 
     by_position: Array
     by_velocity: Array
     by_acceleration: Array
     by_control: Array
+    wrenches: Array
 
 
 class Inverse:
@@ -55,12 +61,13 @@ class Inverse:
 
     Attributes:
         model: what moves. tree: its joints.
+        felt: bodies of which wrenches are asked for.
         closed: whether the closed form holds for it.
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
+    def __init__(self, model: mujoco.MjModel, felt: Sequence[int] = ()) -> None:
         """Find out what the model is made of."""
-        self.model, self.tree = model, Tree.of(model)
+        self.model, self.tree, self.felt = model, Tree.of(model), tuple(felt)
         self.closed = _closed_form(model, self.tree)
         self._dof = motor_dofs(model)
         self._pull = np.eye(model.nv)[self._dof]  # (U, V) which motor pulls at what
@@ -82,14 +89,21 @@ class Inverse:
         control = self._by_control(ctrl, free)
         if not self.closed:
             position, velocity, by_acceleration = (np.array(own) for own in zip(*wholes, strict=True))
-            return ForceSlopes(position, velocity, by_acceleration, control)
+            unknown = np.zeros((len(ctrl), len(self.felt), 6, 3 * model.nv))
+            return ForceSlopes(position, velocity, by_acceleration, control, unknown)
         motion = Motion(
             axes=np.array([step.axes for step in steps]),
             inertias=np.array([step.inertias for step in steps]),
             qvel=velocities[:-1],
             qacc=accelerations,
         )
-        return ForceSlopes(*self._assembled(steps, motion, qpos_of(model, states[:-1]), free), control)
+        rigid = Rigid(model, self.tree, motion)
+        reactions = [own for step in steps for own in step.reactions]
+        return ForceSlopes(
+            *self._assembled(steps, rigid, reactions, qpos_of(model, states[:-1]), free),
+            control,
+            reaction.wrenches(rigid, reactions, self.felt),
+        )
 
     def _by_control(self, ctrl: Array, free: Mask) -> Array:
         """∂f/∂u (N, V, U): motors push where neither their force nor their control is at a limit."""
@@ -101,19 +115,18 @@ class Inverse:
         return slope
 
     def _assembled(
-        self, steps: Sequence[Step], motion: Motion, qpos: Array, free: Mask
+        self, steps: Sequence[Step], rigid: Rigid, reactions: Sequence[Reaction], qpos: Array, free: Mask
     ) -> tuple[Array, Array, Array]:
         """∂f/∂q, ∂f/∂v and ∂f/∂a, (N, V, V) each, in closed form, at configurations (N, nq)."""
         model, step_s, every = self.model, self.model.opt.timestep, np.arange(self.model.nv)
-        stiffness, damping = np.zeros((2, *motion.qvel.shape))
+        stiffness, damping = np.zeros((2, len(steps), model.nv))
         stiffness += model.jnt_stiffness.ravel()[model.dof_jntid]
         damping += model.dof_damping
         gains = -model.actuator_biasprm[:, 1:3].T * self._gear**2  # (2, U)
         stiffness += (gains[0] * free) @ self._pull
         damping += (gains[1] * free) @ self._pull
-        rigid = Rigid(model, self.tree, motion)
         position = rigid.by_position() + self._springs(qpos, stiffness)
-        position -= reaction.by_position(rigid, [own for step in steps for own in step.reactions])
+        position -= reaction.by_position(rigid, reactions)
         velocity = rigid.by_velocity() + np.array([step.by_velocity for step in steps])
         velocity[:, every, every] += damping + step_s * stiffness
         acceleration = np.array([step.mass + step.by_acceleration for step in steps])

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from simrecon.sim.address import locate
 from simrecon.sim.apart import Colleague
 from simrecon.sim.derivatives import Transitions, transitions
+from simrecon.sim.felt import Felt, means
 from simrecon.sim.inverse import Inverse
 from simrecon.sim.quiet import unlogged
 from simrecon.sim.state import component
@@ -43,12 +44,15 @@ class Rollouts:
     Attributes:
         qpos: (P, F, nq) of the person; points_m: (P, F, M, 3) sites; com_m: (P, F, 3).
         finite: (P,) False where a rollout diverged; its arrays then mean nothing.
+        wrenches: (P, F, K, 6) moment about the world's origin, and force, of the scene on K bodies that are
+            felt, mean since the step before in F; zero at the first.
     """
 
     qpos: Array
     points_m: Array
     com_m: Array
     finite: NDArray[np.bool_]
+    wrenches: Array
 
 
 class Simulator:
@@ -62,10 +66,13 @@ class Simulator:
         colleagues: processes that help with derivatives, made when they are first asked for.
     """
 
-    def __init__(self, model: mujoco.MjModel, population: int, threads: Threads = 0) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, population: int, threads: Threads = 0, felt: Felt | None = None
+    ) -> None:
         """Make room for `population` rollouts on `threads` threads (0: one for each core)."""
         self.model, self.person, self.population = model, locate(model), population
-        self.inverse = Inverse(model)
+        self.felt = felt or Felt(model, ())
+        self.inverse = Inverse(model, self.felt.bodies)
         self.seconds = 0.0
         self.steps = 0
         self._wanted, self._threads = threads, 0
@@ -116,6 +123,7 @@ class Simulator:
             spent = (time.perf_counter() - began) * worker.batch.nthread / self._threads
             points, com = out["site_xpos"][:, at_steps], out["subtree_com"][:, at_steps, self.person.body]
             qpos = out["qpos"][:, np.maximum(at_steps - 1, 0), : self.person.nq]
+            wrenches = self._felt(out, at_steps)
         finally:
             free.put(worker)
         with self._counting:
@@ -124,7 +132,13 @@ class Simulator:
         # A recorded derived field describes the state before its step, a recorded state the one after it.
         first = component(self.model, np.atleast_2d(state), mujoco.mjtState.mjSTATE_QPOS)
         qpos[:, at_steps == 0] = first[:, None, : self.person.nq]
-        return Rollouts(qpos, points, com, finite)
+        return Rollouts(qpos, points, com, finite, wrenches)
+
+    def _felt(self, out: dict[str, Array], at_steps: IntArray) -> Array:
+        """`Rollouts.wrenches`."""
+        if not self.felt.bodies:
+            return np.zeros((len(out["qpos"]), len(at_steps), 0, 6))
+        return means(self.felt.wrenches(out["sensordata"]), at_steps)
 
     def transitions(self, states: Array, ctrl: Array) -> list[Transitions]:
         """Derivatives of consecutive steps, in pieces; processes of their own help with them (`apart`).
@@ -155,7 +169,7 @@ class Simulator:
     def _help(self, count: int) -> list[Colleague]:
         """So many colleagues, less those that have not started yet."""
         while len(self.colleagues) < count:
-            self.colleagues.append(Colleague(self.model))
+            self.colleagues.append(Colleague(self.inverse))
         return [one for one in self.colleagues[:count] if one.ready]
 
     def _follow(self) -> None:
@@ -167,7 +181,7 @@ class Simulator:
         count, free = min(threads, PIECES), SimpleQueue[_Worker]()
         for worker in range(count):
             own = threads // count + (worker < threads % count)
-            free.put(_Worker(mujoco.batch.Batch(self.model, self.population, own)))
+            free.put(_Worker(mujoco.batch.Batch(self.felt.model, self.population, own)))
         self._free, self._pool = free, ThreadPoolExecutor(count) if count > 1 else None
         self._threads = threads
 
@@ -178,6 +192,8 @@ class _Worker:
     def __init__(self, batch: mujoco.batch.Batch) -> None:
         model, self.batch = batch.model, batch
         self._shapes = {"qpos": (model.nq,), "site_xpos": (model.nsite, 3), "subtree_com": (model.nbody, 3)}
+        if model.nsensordata:
+            self._shapes["sensordata"] = (model.nsensordata,)
         self._room = {name: np.empty(0) for name in self._shapes}
 
     def run(self, state: Array, ctrl: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:

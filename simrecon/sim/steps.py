@@ -98,7 +98,7 @@ class Reader:
     def read(self, index: int) -> Step:
         """The step in place, the `index`-th of those that are read; the data is elsewhere after it."""
         model, data = self._model, self.data
-        axes, inertias = data.cdof.copy(), data.cinert.copy()
+        axes, inertias, centres = data.cdof.copy(), data.cinert.copy(), data.subtree_com.copy()
         mass, by_velocity, by_acceleration = np.zeros((3, model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         columns, differences = np.zeros(0, np.int64), np.zeros((model.nv, 0))
@@ -118,6 +118,7 @@ class Reader:
                         step=index,
                         body=body,
                         root=six.start,
+                        centre=centres[model.body_rootid[body]],
                         wrench=wrench[body],
                         changes=changes[first : first + 6, body],
                         by_velocity=-(each * rows.drag[own]) @ each.T,

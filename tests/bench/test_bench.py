@@ -11,12 +11,12 @@ import pytest
 
 from simrecon import cli, evidence
 from simrecon import plan as plans
-from simrecon.bench import execution, material, runner, schema, suite, tables, targets, task
+from simrecon.bench import curves, execution, material, runner, schema, suite, tables, targets, task
 from simrecon.bench.page import markdown, replaced
 from simrecon.errors import InputError
-from simrecon.evaluation import fitted
+from simrecon.evaluation import fitted, simulated
 from simrecon.geometry import camera as cameras
-from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA
+from simrecon.metrics.truth import BODY_JOINTS, FOOT_POINTS, TRUTH_SCHEMA, read_truth
 from simrecon.types import Evidence, Lens
 
 SUITE = """
@@ -303,6 +303,32 @@ def test_checks_and_pictures_stand_beside_the_tables(data: Path, tmp_path: Path)
     assert content["pictures"] == ["stand.png"]
     assert (tmp_path / "pictures" / "stand.png").is_file()
     assert "| a block sinks | 34.3" in (tmp_path / "tiny.md").read_text(encoding="utf-8")
+
+
+def test_curves_of_forces_are_drawn_and_go_with_the_page(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = suite.read(data / "tiny.toml")
+    one = {"seeds": (0,), "variant": chosen.variant[:1], "curves": True}
+    content = run(data, tmp_path, **one)
+    assert content["curves"] == []  # the reference has no forces
+    folder = tmp_path / "runs" / "stand" / "full" / "seed0" / "result"
+    truth = tmp_path / "truth.npz"
+    with np.load(data / "truth.npz") as stored:
+        frames = len(stored["times_s"])
+        forces = {f"grf_{side}_N": np.full((frames, 3), 300.0) for side in ("left", "right")}
+        plates = {"mass_kg": 62.0, "grf_cutoff_hz": 4.0, "grf_known": np.ones(frames, bool)}
+        np.savez(truth, **{**stored, **forces, **plates})
+    picture = curves.write(folder, truth, tmp_path / "curve.png")
+    assert picture is not None
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    found = curves.of(simulated.read(folder), read_truth(truth))
+    assert found is not None
+    share = 100 * 300.0 / (simulated.read(folder).mass_kg * 9.81)
+    np.testing.assert_allclose(found.measured[:, 1, 2], share, rtol=1e-6)
+    monkeypatch.setattr(curves, "drawable", lambda: False)
+    run(data, tmp_path, **one)
+    assert "Not drawn: curves of forces need matplotlib" in (tmp_path / "tiny.md").read_text(encoding="utf-8")
 
 
 def test_a_target_against_another_clip() -> None:

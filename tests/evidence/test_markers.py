@@ -49,6 +49,16 @@ def test_joint_centres_of_a_real_walk(trials: dict[str, opensim.Markers]) -> Non
     assert abs(np.median(lengths(found, "left_knee", "left_ankle")) - 0.39) < 0.04
 
 
+def test_feet_are_as_long_as_feet_though_the_markers_are_on_their_knuckles(
+    trials: dict[str, opensim.Markers],
+) -> None:
+    found = markers.joint_centres(trials["static1"], trials["walking1"])
+    for side in ("left", "right"):
+        shank = np.median(lengths(found, f"{side}_knee", f"{side}_ankle"))
+        foot = np.median(lengths(found, f"{side}_heel", f"{side}_toe"))
+        assert foot == pytest.approx(0.152 / 0.246 * shank, rel=0.02)
+
+
 def test_evidence_says_that_its_world_is_known(trials: dict[str, opensim.Markers]) -> None:
     made = markers.evidence(trials["static1"], trials["walking1"], 60.1)
     assert made.joints_frame == "world"

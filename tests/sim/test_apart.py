@@ -52,8 +52,8 @@ def states(model: mujoco.MjModel, ctrl: Array) -> Array:
     return simulate(model, initial_state(model, model.qpos0, np.zeros(model.nv)), ctrl)
 
 
-def started(model: mujoco.MjModel) -> Colleague:
-    colleague = Colleague(model)
+def started(model: mujoco.MjModel, felt: tuple[int, ...] = ()) -> Colleague:
+    colleague = Colleague(Inverse(model, felt))
     deadline = time.monotonic() + 60.0
     while not colleague.ready:
         assert time.monotonic() < deadline
@@ -62,14 +62,16 @@ def started(model: mujoco.MjModel) -> Colleague:
 
 
 def test_a_colleague_finds_the_same_bits(model: mujoco.MjModel, states: Array, ctrl: Array) -> None:
-    colleague, parts = started(model), [slice(0, 5), slice(7, 12)]
+    colleague, parts = started(model, (1,)), [slice(0, 5), slice(7, 12)]
     assert colleague.ask(states, ctrl, parts)
-    found, inverse = colleague.answer(), Inverse(model)
+    found, inverse = colleague.answer(), Inverse(model, (1,))
     assert sorted(found) == [0, 7]
     for part in parts:
         own = transitions(inverse, states[part.start : part.stop + 1], ctrl[part])
         np.testing.assert_array_equal(found[part.start].state, own.state)
         np.testing.assert_array_equal(found[part.start].control, own.control)
+        np.testing.assert_array_equal(found[part.start].wrench, own.wrench)
+        assert own.wrench.shape[1] == 6
     colleague.close()
 
 

@@ -79,7 +79,8 @@ def plain(model: mujoco.MjModel, state: Array, ctrl: Array) -> Rollouts:
             after.append((here.qpos.copy(), here.site_xpos.copy(), here.subtree_com[1].copy()))
         for found, values in zip((qpos, points, com), zip(*after, strict=True), strict=True):
             found.append(np.stack(values)[AT - 1])
-    return Rollouts(np.stack(qpos), np.stack(points), np.stack(com), np.ones(len(ctrl), dtype=bool))
+    unfelt, finite = np.zeros((len(ctrl), len(AT), 0, 6)), np.ones(len(ctrl), dtype=bool)
+    return Rollouts(np.stack(qpos), np.stack(points), np.stack(com), finite, unfelt)
 
 
 def assert_same(found: Rollouts, expected: Rollouts) -> None:

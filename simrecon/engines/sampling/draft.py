@@ -13,10 +13,10 @@ from dataclasses import replace
 
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.descent import Descent
-from simrecon.engines.sampling.task import Task
+from simrecon.engines.sampling.task import Task, simulator
 from simrecon.sim.poses import differentiate
 from simrecon.sim.quiet import unlogged
-from simrecon.sim.rollout import Simulator, Threads
+from simrecon.sim.rollout import Threads
 from simrecon.sim.state import initial_state
 from simrecon.system import blas, processor
 from simrecon.types import Array, Handover, Window
@@ -50,9 +50,8 @@ def _knots(problem: Problem, window: Window, start: Handover, steps: int) -> Han
     """What a window by itself would hand over."""
     if window.index:
         start = replace(start, state=_kinematic_state(problem, window))
-    simulator = Simulator(problem.model, problem.plan.optimiser.population, 1)
     task = Task(problem, window, start)
-    descent = Descent.begin(task, simulator, task.warm_start()[None])
+    descent = Descent.begin(task, simulator(problem, 1), task.warm_start()[None])
     for _ in range(steps):
         descent.step()
     return Handover(start.state, descent.task.knots_of(descent.x), descent.task.knots.start)

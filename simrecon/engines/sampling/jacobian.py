@@ -47,14 +47,22 @@ def linearise(task: Task, simulator: Simulator, x: Array, scale: Array) -> Linea
     """
     state, ctrl = task.states(x[None])[0], task.control(x[None])[0, :-1]
     states = simulate(simulator.model, state, ctrl)
-    banded = _of_frames(task, simulator, qpos_of(simulator.model, states)[task.at_steps])
+    qpos = qpos_of(simulator.model, states)[task.at_steps]
+    banded = _of_frames(task, simulator, qpos, _wrenches(task, simulator, x))
     steps = simulator.transitions(states, ctrl)
     curvature, gradient = banded.squares(_moves(task, simulator, x, scale, steps))
     return _guarded(curvature, gradient)
 
 
-def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
-    """The terms of the loss around the configurations (F, nq) of its frames."""
+def _wrenches(task: Task, simulator: Simulator, x: Array) -> Array:
+    """On the bodies that are felt at the frames of the loss, (1, F, K, 6)."""
+    if not simulator.felt.bodies:
+        return np.zeros((1, len(task.at_steps), 0, 6))
+    return simulator.run(task.states(x[None]), task.control(x[None]), task.at_steps).wrenches
+
+
+def _of_frames(task: Task, simulator: Simulator, qpos: Array, wrenches: Array) -> Banded:
+    """The terms of the loss around configurations (F, nq) and wrenches (1, F, K, 6) of its frames."""
     model, person = simulator.model, simulator.person
     rows = task.problem.point_rows
     slopes = PointSlopes(model, simulator.inverse.tree, rows, person.body)
@@ -64,9 +72,10 @@ def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
         points[frame], com[frame] = data.site_xpos, data.subtree_com[person.body]
         by_point[frame], by_com[frame] = slopes.at(data)
     finite = np.ones(1, np.bool_)
-    seen = task.seen(Rollouts(qpos[None, :, person.qpos], points[None], com[None], finite))
-    moves = Moves.of(by_com, by_point, person)
-    banded = Banded(len(qpos), model.nv, DIFFERENCES)
+    seen = task.seen(Rollouts(qpos[None, :, person.qpos], points[None], com[None], finite, wrenches))
+    moves = Moves.of(by_com, by_point, person, wrenches.shape[2])
+    size = moves.com.shape[-1]
+    banded = Banded(len(qpos), size, DIFFERENCES)
     for term in task.terms:
         residual = term.residual(seen)
         vectors = residual.vectors[0]
@@ -75,7 +84,7 @@ def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
         weights = np.broadcast_to(residual.roots() ** 2, vectors.shape)
         count = len(vectors)
         banded.add(
-            term.slope(seen, moves).reshape(len(qpos), -1, model.nv),
+            term.slope(seen, moves).reshape(len(qpos), -1, size),
             vectors.reshape(count, -1),
             weights.reshape(count, -1),
         )
@@ -83,27 +92,33 @@ def _of_frames(task: Task, simulator: Simulator, qpos: Array) -> Banded:
 
 
 def _moves(task: Task, simulator: Simulator, x: Array, scale: Array, parts: list[Transitions]) -> Single:
-    """How the positions at the frames of the loss depend on the unknowns, in deviations: (F, V, n)."""
+    """How positions and wrenches at the loss's frames depend on the unknowns, in deviations: (F, V, n)."""
     nu, nv = simulator.model.nu, simulator.model.nv
+    felt = np.zeros((6 * len(simulator.felt.bodies), len(x)), np.float32)  # sum since the frame before
     weights = task.knot_weights()  # (N, Q)
     knots = weights.shape[1] * nu
     free = len(x) - knots  # the unknowns of the first state come first here
     tangents = np.zeros((2 * nv, len(x)), np.float32)
     tangents[:, :free] = _of_start(simulator, x[knots:], scale[knots:])
     frames = {step: frame for frame, step in enumerate(task.at_steps.tolist())}
-    moves = np.zeros((len(frames), nv, len(x)), np.float32)
-    moves[frames.get(0, 0)] = tangents[:nv]
-    steps = (pair for part in parts for pair in zip(part.state, part.control, strict=True))
-    for step, (by_state, by_control) in enumerate(steps):
+    moves = np.zeros((len(frames), nv + len(felt), len(x)), np.float32)
+    moves[frames.get(0, 0), :nv] = tangents[:nv]
+    lengths = dict(zip(task.at_steps[1:].tolist(), np.diff(task.at_steps).tolist(), strict=True))
+    steps = (own for part in parts for own in zip(part.state, part.control, part.wrench, strict=True))
+    for step, (by_state, by_control, by_both) in enumerate(steps):
         acting = np.flatnonzero(weights[step])
         end = free + nu * (int(acting[-1]) + 1 if len(acting) else 0)
+        felt[:, :end] += by_both[:, : 2 * nv] @ tangents[:, :end]
         tangents[:, :end] = by_state @ tangents[:, :end]
         for knot in acting.tolist():
             column = knot * nu
             own = (weights[step, knot] * scale[column : column + nu]).astype(np.float32)
             tangents[:, free + column : free + column + nu] += by_control * own
+            felt[:, free + column : free + column + nu] += by_both[:, 2 * nv :] * own
         if step + 1 in frames:
-            moves[frames[step + 1], :, :end] = tangents[:nv, :end]
+            moves[frames[step + 1], :nv, :end] = tangents[:nv, :end]
+            moves[frames[step + 1], nv:, :end] = felt[:, :end] / lengths[step + 1]
+            felt[:] = 0.0
     return np.concatenate((moves[..., free:], moves[..., :free]), axis=-1)
 
 

@@ -17,8 +17,8 @@ from simrecon.engines.sampling.descent import Descent
 from simrecon.engines.sampling.draft import drafted
 from simrecon.engines.sampling.search import Search
 from simrecon.engines.sampling.starts import descend
-from simrecon.engines.sampling.task import Task
-from simrecon.sim.rollout import Simulator, Threads
+from simrecon.engines.sampling.task import Task, simulator
+from simrecon.sim.rollout import Threads
 from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
 
 # The first window has no warm start: descents there are this many times longer.
@@ -37,7 +37,7 @@ class Sampler:
     def __init__(self, problem: Problem, threads: Threads = 0) -> None:
         """Make room for the plan's population."""
         self.problem, self._threads = problem, threads
-        self.simulator = Simulator(problem.model, problem.plan.optimiser.population, threads)
+        self.simulator = simulator(problem, threads)
 
     def prepare(self, windows: Sequence[Window], start: Handover) -> None:
         """Draft all windows, if the plan says so (`draft`)."""

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.engines.problem import Problem
+from simrecon.engines.problem import FEET, Problem
 from simrecon.engines.sampling import terms as loss_terms
 from simrecon.engines.sampling.terms import Seen, Targets
 from simrecon.geometry import splines
 from simrecon.sim import rollout
 from simrecon.sim.address import locate
+from simrecon.sim.felt import Felt
 from simrecon.sim.rollout import Rollouts, Simulator
 from simrecon.sim.state import displace, simulate
 from simrecon.types import Array, Handover, IntArray, Window
@@ -151,3 +152,11 @@ class Task:
         ctrl = self.control(x[None])[0, :kept]
         states = simulate(self.problem.model, self.states(x[None])[0], ctrl)
         return Committed(ctrl, states, Handover(states[-1], self.knots_of(x).copy(), self.knots.start))
+
+
+def simulator(problem: Problem, threads: rollout.Threads = 0) -> Simulator:
+    """A simulator of a clip's rollouts that shows all that the loss looks at."""
+    feels = problem.plan.loss.force and problem.pushed is not None
+    prefix = locate(problem.model).prefix
+    felt = Felt.of(problem.mjcf, [prefix + foot for foot in FEET]) if feels else None
+    return Simulator(problem.model, problem.plan.optimiser.population, threads, felt)

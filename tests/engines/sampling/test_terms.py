@@ -14,6 +14,7 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import terms
 from simrecon.engines.sampling.terms import LossTerm, Seen, Targets
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
+from simrecon.engines.sampling.terms.force import Force
 from simrecon.engines.sampling.terms.landmarks import Landmark, LandmarkVelocity, Reprojection, TotalVariation
 from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
@@ -33,6 +34,8 @@ CAMERA[2, 3] = 3.0
 NOTHING = np.zeros(1)
 NOWHERE = Targets(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, None)
 """Targets of a term that looks at none."""
+UNFELT = np.zeros((1, 1, 0, 6))
+"""Of rollouts of which no body is felt."""
 
 
 class Code:
@@ -56,7 +59,7 @@ def seen(
     identity = np.zeros_like(turns[0])
     identity[..., 0] = 1.0
     targets = replace(NOWHERE, com_m=0 * com[0], points_m=0 * points[0], orientations=identity)
-    return Seen(com, points, turns, targets)
+    return Seen(com, points, turns, targets, UNFELT)
 
 
 def viewed(points: Array, rays: Array, scores: Array, camera: Array) -> Seen:
@@ -64,7 +67,7 @@ def viewed(points: Array, rays: Array, scores: Array, camera: Array) -> Seen:
     targets = replace(
         NOWHERE, rays=rays, scores=scores, world_to_camera=np.broadcast_to(camera, (len(rays), 4, 4))
     )
-    return Seen(NOWHERE.com_m[None], points[None], NOWHERE.orientations[None], targets)
+    return Seen(NOWHERE.com_m[None], points[None], NOWHERE.orientations[None], targets, UNFELT)
 
 
 def test_com_position_sums_squares_over_frames() -> None:
@@ -194,6 +197,26 @@ def test_a_term_without_wishes_is_left_out(make: type[Makers]) -> None:
     assert "wished" not in [term.name for term in terms.of_window(plain, 9)]
 
 
+def test_force_is_in_body_weights_and_knows_each_foot() -> None:
+    rollout = seen(com=np.zeros((2, 3)))
+    felt, planned = np.zeros((1, 2, 2, 6)), np.zeros((2, 2, 6))
+    felt[0, 1, 0, 3:] = [0.0, 50.0, 300.0]
+    planned[1, 1, 5] = 300.0  # the other foot bears it
+    planned[:, :, :3] = 7.0  # moments do not count
+    standing = replace(rollout, wrenches=felt, targets=replace(rollout.targets, wrenches=planned))
+    assert Force(1.0, 100.0).value(standing) == pytest.approx(0.25 + 9.0 + 9.0)
+
+
+def test_planned_forces_are_means_since_the_frame_before(problem: Problem) -> None:
+    pushed = np.zeros((len(problem.com_m), 2, 6))
+    pushed[:, 0, 5] = np.arange(len(pushed)) ** 2
+    found = Targets.at(replace(problem, pushed=pushed), np.array([0, 2, 3])).wrenches
+    assert found is not None
+    # by the trapezoidal rule (0 + 1) / 2 and (1 + 4) / 2, over two intervals; then (4 + 9) / 2
+    np.testing.assert_allclose(found[:, 0, 5], [0.0, 1.5, 6.5])
+    assert not found[:, 1].any()
+
+
 # All terms together, on a clip of a person who sways before a camera.
 
 
@@ -208,7 +231,10 @@ def problem(make: type[Makers]) -> Problem:
     # ranges below what is seen, for most joints
     limits = np.stack((problem.limits_rad[..., 0] - 9.0, np.full((16, 3), -0.4)), axis=-1)
     wished = WishedPlaces(problem.points_m + 0.02, rng.uniform(0.2, 1.0, problem.planted.shape))
-    return replace(problem, scores=scores, planted=planted, wished=wished, limits_rad=limits)
+    pushed = rng.uniform(0.0, 300.0, (len(planted), 2, 6))
+    return replace(
+        problem, scores=scores, planted=planted, wished=wished, limits_rad=limits, pushed=pushed
+    )
 
 
 @pytest.fixture(scope="module")
@@ -225,6 +251,7 @@ def near(problem: Problem, frames: IntArray, scale: float, count: int = 3) -> Se
         targets.points_m + scale * rng.normal(size=(count, *targets.points_m.shape)),
         rotations.multiply(targets.orientations, turns),
         targets,
+        targets.wrenches + 1e3 * scale * rng.normal(size=(count, len(frames), 2, 6)),
     )
 
 
@@ -234,6 +261,7 @@ def rows(view: Seen, row: int) -> Seen:
         com_m=view.com_m[row : row + 1],
         points_m=view.points_m[row : row + 1],
         orientations=view.orientations[row : row + 1],
+        wrenches=view.wrenches[row : row + 1],
     )
 
 
@@ -251,6 +279,7 @@ def slopes(
     rng = np.random.default_rng(8)
     pushes = [rng.normal(size=(6, *array.shape[1:])) for array in (here.com_m, here.points_m)]
     turns = rng.normal(size=(6, len(frames), 17, 3))
+    wrenches = 1e3 * rng.normal(size=(6, len(frames), 2, 6))
 
     def moved(by: float) -> Seen:
         return replace(
@@ -258,6 +287,7 @@ def slopes(
             com_m=here.com_m + by * pushes[0],
             points_m=here.points_m + by * pushes[1],
             orientations=rotations.multiply(here.orientations, rotations.exp(by * turns)),
+            wrenches=here.wrenches + by * wrenches,
         )
 
     roots = [replace(vectors(here), floor=1e-12).roots()]
@@ -343,6 +373,11 @@ def test_a_weight_of_zero_and_a_missing_camera_switch_terms_off(problem: Problem
     changed = replace(without(problem, pose=0.0), world_to_camera=None)
     off = {term.name for term in terms.TERMS} - {term.name for term in terms.of_window(changed, 9)}
     assert off == {"pose", "reprojection"}
+
+
+def test_a_plan_without_forces_switches_their_term_off(problem: Problem) -> None:
+    on = {term.name for term in terms.of_window(replace(problem, pushed=None), 9)}
+    assert {term.name for term in terms.TERMS} - on == {"force"}
 
 
 def test_a_loss_without_terms_is_an_error(problem: Problem) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
+from simrecon.engines.sampling.terms.force import Force
 from simrecon.engines.sampling.terms.landmarks import (
     Landmark,
     LandmarkVelocity,
@@ -31,6 +32,7 @@ TERMS: tuple[type[LossTerm], ...] = (
     LandmarkVelocity,
     Planted,
     Wished,
+    Force,
     Reprojection,
     JointLimit,
     Prior,

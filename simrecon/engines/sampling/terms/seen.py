@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from simrecon.engines.problem import Problem
 from simrecon.engines.wished import Wished
 from simrecon.sim.rollout import Rollouts
@@ -21,6 +23,7 @@ class Targets:
         planted: (F, M) how surely each point stands.
         world_to_camera: (F, 4, 4), or None without a camera.
         wished: where points are by a user's wishes of contact, or None.
+        wrenches: (F, 2, 6) planned on the feet, mean since the frame before, zero at the first; or None.
     """
 
     com_m: Array
@@ -31,6 +34,7 @@ class Targets:
     planted: Array
     world_to_camera: Array | None
     wished: Wished | None = None
+    wrenches: Array | None = None
 
     @classmethod
     def at(cls, problem: Problem, frames: IntArray) -> Targets:
@@ -45,6 +49,7 @@ class Targets:
             planted=problem.planted[frames],
             world_to_camera=None if camera is None else camera[frames],
             wished=None if problem.wished is None else problem.wished.at(frames),
+            wrenches=_means(problem.pushed, frames),
         )
 
 
@@ -56,18 +61,20 @@ class Seen:
         com_m: (P, F, 3) centre of mass. points_m: (P, F, M, 3) points of the body.
         orientations: (P, F, 17, 4) root and joint quaternions.
         targets: of the same frames.
+        wrenches: (P, F, K, 6) on bodies that are felt, as in `sim.rollout.Rollouts`.
     """
 
     com_m: Array
     points_m: Array
     orientations: Array
     targets: Targets
+    wrenches: Array
 
     @classmethod
     def of(cls, rolled: Rollouts, point_rows: IntArray, targets: Targets) -> Seen:
         """Rollouts whose sites `point_rows` (M,) are the points of the body; `targets` of their frames."""
         orientations = rolled.qpos[..., 3:].reshape(*rolled.qpos.shape[:2], -1, 4)
-        return cls(rolled.com_m, rolled.points_m[:, :, point_rows], orientations, targets)
+        return cls(rolled.com_m, rolled.points_m[:, :, point_rows], orientations, targets, rolled.wrenches)
 
     @cached_property
     def com_off_m(self) -> Array:
@@ -78,3 +85,14 @@ class Seen:
     def points_off_m(self) -> Array:
         """Points from their targets, (P, F, M, 3)."""
         return self.points_m - self.targets.points_m
+
+
+def _means(values: Array | None, frames: IntArray) -> Array | None:
+    """Means (F, ...) of values (T, ...) between frames (F,), by the trapezoidal rule; zero at the first."""
+    if values is None:
+        return None
+    sums = np.zeros_like(values)
+    np.cumsum((values[1:] + values[:-1]) / 2, axis=0, out=sums[1:])
+    found = np.zeros((len(frames), *values.shape[1:]))
+    found[1:] = np.diff(sums[frames], axis=0) / np.diff(frames).reshape(-1, *np.ones(values.ndim - 1, int))
+    return found
