@@ -207,7 +207,7 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
     if not terms:
         assert name == "reprojection"
         return
-    if name == "force" and kind == "air":  # nothing touches
+    if name == "force":  # see `test_the_gradient_of_what_feet_bear`
         return
     found = case(kind).with_terms(*(Sharp(term.weight, term) for term in terms))
     expected = loss_slopes(kind)[name]
@@ -215,12 +215,12 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
     assert_near(2 * found.gradient, expected, tolerance(kind))
 
 
-@pytest.mark.parametrize("kind", ["floor", "later"])
+@pytest.mark.parametrize("kind", ["floor", "later", "camera"])
 def test_the_gradient_of_what_feet_bear(kind: str) -> None:
     here = case(kind)
     (term,) = (term for term in here.task.terms if term.name == "force")
     expected = loss_slopes(kind)["force"]
-    assert np.abs(expected).max() > 0.1
+    assert np.abs(expected).max() > 0.01
     assert_near(2 * here.with_terms(term).gradient, expected, 3e-3)
 
 

@@ -11,11 +11,10 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.engines.sampling.terms.term import LossTerm
+from simrecon.metrics.dynamics import GRAVITY_MPS2
 from simrecon.optim import gauss_newton
 from simrecon.sim.address import locate
 from simrecon.types import Array
-
-GRAVITY_MPS2 = 9.81
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,4 +53,7 @@ class Force(LossTerm):
         return moves.wrenches[..., 3:, :] / self.weight_N
 
     def _off(self, seen: Seen) -> Array:
-        return (seen.wrenches - seen.targets.wrenches)[..., 3:] / self.weight_N
+        planned = seen.targets.wrenches
+        if planned is None:
+            raise ValueError("force: found no planned wrenches")
+        return np.asarray((seen.wrenches - planned)[..., 3:] / self.weight_N)
