@@ -232,9 +232,7 @@ def problem(make: type[Makers]) -> Problem:
     limits = np.stack((problem.limits_rad[..., 0] - 9.0, np.full((16, 3), -0.4)), axis=-1)
     wished = WishedPlaces(problem.points_m + 0.02, rng.uniform(0.2, 1.0, problem.planted.shape))
     pushed = rng.uniform(0.0, 300.0, (len(planted), 2, 6))
-    return replace(
-        problem, scores=scores, planted=planted, wished=wished, limits_rad=limits, pushed=pushed
-    )
+    return replace(problem, scores=scores, planted=planted, wished=wished, limits_rad=limits, pushed=pushed)
 
 
 @pytest.fixture(scope="module")
