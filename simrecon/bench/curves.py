@@ -99,7 +99,9 @@ def _drawn(curves: Curves) -> bytes:
     panels = figure.subplots(4, 1, sharex=True)
     times, own, measured = curves.times_s, curves.simulated, curves.measured
     along = int(np.ptp(measured.sum(axis=1)[:, :2], axis=0).argmax())
-    shown = [("both feet, vertical", own.sum(1)[:, 2], measured.sum(1)[:, 2], curves.planned[:, 2])]
+    shown: list[tuple[str, Array, Array, Array | None]] = [
+        ("both feet, vertical", own.sum(1)[:, 2], measured.sum(1)[:, 2], curves.planned[:, 2])
+    ]
     shown += [
         (f"{side} foot, vertical", own[:, k, 2], measured[:, k, 2], None) for k, side in enumerate(SIDES)
     ]

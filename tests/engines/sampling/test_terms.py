@@ -243,6 +243,7 @@ def frames(problem: Problem) -> IntArray:
 def near(problem: Problem, frames: IntArray, scale: float, count: int = 3) -> Seen:
     """Rollouts a little off their targets, the same ones for the same scale."""
     rng, targets = np.random.default_rng(5), Targets.at(problem, frames)
+    assert targets.wrenches is not None
     turns = rotations.exp(scale * rng.normal(size=(count, len(frames), 17, 3)))
     return Seen(
         targets.com_m + scale * rng.normal(size=(count, *targets.com_m.shape)),
