@@ -1,9 +1,12 @@
 """What a planner makes of kinematic fits, without simulation: tables 2 and 3 of Rempe 2020, and the cost.
 
 usage: python -m tools.study.planned DATA [--planner centroidal] [--clips NAME ...] [--contacts network]
+           [--floor fitted]
 
 DATA holds `evidence` and `truth`. The fit is that of plan `quick`. Forces of the fit are those that its
 joints ask for, forces of the plan its own. Flight and contacts are those of the truth. Each cell: fit → plan.
+The last row has means over clips. With `--floor fitted` the fit has to find the floor as well, and heights
+are those over it (tables E3 and E4).
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +25,7 @@ from simrecon.evaluation.accuracy import accuracy
 from simrecon.evaluation.comparison import Comparison, Track, comparison, track
 from simrecon.evaluation.plausibility import plausibility
 from simrecon.evidence import resample
+from simrecon.kinematics import world
 from simrecon.metrics import dynamics
 from simrecon.metrics.rates import at, covered_times
 from simrecon.metrics.truth import read_truth
@@ -58,14 +62,16 @@ def main() -> None:
     parser.add_argument("--planner", default="centroidal", choices=planners.names())
     parser.add_argument("--clips", nargs="+")
     parser.add_argument("--contacts", default="rules", choices=plan.CONTACTS)
+    parser.add_argument("--floor", default="true", choices=("true", "fitted"))
     options = parser.parse_args()
     settings = plan.overridden(plan.read("quick"), {"kinematics.contact_model": options.contacts}, "study")
     names = options.clips or sorted(path.stem for path in (options.data / "truth").glob("*.npz"))
     print("| " + " | ".join(HEAD) + " |\n" + "|---" * len(HEAD) + "|")
     clips = []
     for name in names:
-        clips.append(measured(options.data, name, options.planner, settings))
+        clips.append(measured(options.data, name, options.planner, settings, options.floor == "true"))
         print(row(clips[-1]), flush=True)
+    print(row(mean(clips)))
     broken = [clip for clip in clips if any("no plan" in note or "converge" in note for note in clip.notes)]
     print(f"\n{len(clips) - len(broken)} of {len(clips)} plans keep all constraints.\n")
     for clip in clips:
@@ -73,10 +79,12 @@ def main() -> None:
             print(f"- {clip.name}: {note}")
 
 
-def measured(data: Path, name: str, planner: str, settings: plan.Plan) -> Clip:
-    """A clip of a folder, planned."""
+def measured(data: Path, name: str, planner: str, settings: plan.Plan, floor: bool) -> Clip:
+    """A clip of a folder, planned; `floor`: whether the fit is told where it is."""
     seen, _ = resample(readers.read(data / "evidence" / f"{name}.npz"))
+    seen = replace(seen, ground_known=seen.ground_known and floor)
     fit = kinematics.fit(seen, Scene(), settings.kinematics)
+    fit = fit if floor else world.placed(fit, seen.camera)
     start = time.process_time()
     found = planners.plan(planner, fit, seen, settings)
     cost = (time.process_time() - start) / float(fit.times_s[-1] - fit.times_s[0])
@@ -89,6 +97,23 @@ def measured(data: Path, name: str, planner: str, settings: plan.Plan) -> Clip:
     return Clip(
         name, before, {**after, **pushed(fit, found, on)}, float(np.percentile(force, 95)), cost, found.notes
     )
+
+
+def mean(clips: list[Clip]) -> Clip:
+    """Means of what is known of clips; the largest force is the mean of their largest, too."""
+
+    def over(side: str) -> dict[str, float]:
+        tables = [getattr(clip, side) for clip in clips]
+        return {
+            name: float(np.nanmean([table.get(name, np.nan) for table in tables]))
+            for name in (*FORCES, *FEET, *PLACES)
+            if any(np.isfinite(table.get(name, np.nan)) for table in tables)
+        }
+
+    unexplained, cost = (
+        float(np.mean([getattr(c, key) for c in clips])) for key in ("unexplained_pct", "cost")
+    )
+    return Clip("mean", over("before"), over("after"), unexplained, cost, ())
 
 
 def scores(fit: KinematicFit, qpos: np.ndarray, on: Comparison) -> dict[str, float]:

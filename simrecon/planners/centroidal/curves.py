@@ -102,6 +102,26 @@ def even(unknowns: Unknowns, name: str, duration_s: float, spacing_s: float, pla
     return Curve(values, rates, rows, rows + 1, ca.DM(edges[:-1]), ca.DM(np.diff(edges)), edges)
 
 
+@dataclass(eq=False)
+class Samples:
+    """Curves at times as symbols of their own: laws are simple in these, and they are simple in the unknowns.
+
+    Attributes:
+        symbols: columns; values: what they stand for, in the unknowns.
+    """
+
+    symbols: list[Symbols] = field(default_factory=list)
+    values: list[Symbols] = field(default_factory=list)
+
+    def of(self, curve: Curve, times_s: Array, order: int = 0, pieces: IntArray | None = None) -> Symbols:
+        """As `Curve.at`."""
+        value = ca.SX(curve.at(times_s, order, pieces))
+        made = ca.SX.sym("sample", *value.shape)
+        self.symbols.append(ca.vec(made))
+        self.values.append(ca.vec(value))
+        return made
+
+
 @dataclass(frozen=True, eq=False)
 class Sampled:
     """Samples (T, 3) at times (T,), by which a search begins."""

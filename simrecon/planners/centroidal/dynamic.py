@@ -29,7 +29,7 @@ def of_forces(model: Model) -> list[Law]:
 def forces(model: Model, times: Array) -> list[Law]:
     """Forces move the centre of mass, in body weights: r̈ / g + z = Σ f at points, as in the paper."""
     up = ca.DM(np.tile([0.0, 0.0, 1.0], (len(times), 1)))
-    left = model.com.at(times, 2) / GRAVITY_MPS2 + up - _total(model, times)
+    left = model.samples.of(model.com, times, 2) / GRAVITY_MPS2 + up - _total(model, times)
     return [smooth(model.com), law("forces", left, 0.0, 0.0, times, model.settings.relaxed.wrench)]
 
 
@@ -46,7 +46,7 @@ def integrals(model: Model, times: Array) -> list[Law]:
     mean, early = (
         ca.DM(np.kron(np.eye(steps), weight[None] / count)) @ total for weight in (np.ones(count), 1 - share)
     )
-    place, velocity = model.com.at(times), model.com.at(times, 1)
+    place, velocity = model.samples.of(model.com, times), model.samples.of(model.com, times, 1)
     up = ca.DM(np.tile([0.0, 0.0, 1.0], (steps, 1)))
     faster = (velocity[1:, :] - velocity[:-1, :]) / (GRAVITY_MPS2 * h) + up - mean
     farther = place[1:, :] - place[:-1, :] - h * velocity[:-1, :]
@@ -66,7 +66,7 @@ def moments(model: Model, times: Array) -> Law:
     inertia = interpolated(inputs.times_s, inputs.inertia.reshape(-1, 9), times) / (
         inputs.mass_kg * GRAVITY_MPS2
     )
-    turn, rate, bend = (model.turn.at(times, order) for order in range(3))
+    turn, rate, bend = (model.samples.of(model.turn, times, order) for order in range(3))
     turned = turning(inputs.axes)
     left = [
         turned(turn[k, :], rate[k, :], bend[k, :], inertia[k].reshape(3, 3), moment[k, :])
@@ -88,7 +88,8 @@ def impulses(model: Model, times: Array) -> Law:
     weight_N = inputs.mass_kg * GRAVITY_MPS2
     inertia = interpolated(inputs.times_s, inputs.inertia.reshape(-1, 9), times) / weight_N
     swing = interpolated(inputs.times_s, inputs.swing, times) / weight_N
-    turn, rate, of = model.turn.at(times), model.turn.at(times, 1), momentum(inputs.axes)
+    turn, rate = (model.samples.of(model.turn, times, order) for order in range(2))
+    of = momentum(inputs.axes)
     held = [
         of(turn[k, :], rate[k, :], inertia[k].reshape(3, 3), swing[k].reshape(1, 3))
         for k in range(len(times))
@@ -100,9 +101,10 @@ def impulses(model: Model, times: Array) -> Law:
 
 def _moment(model: Model, times: Array) -> Symbols:
     """Sum of the moments of all forces about the centre of mass at times (N,), (N, 3)."""
-    com, moment = model.com.at(times), ca.SX.zeros(len(times), AXES)
+    com, moment = model.samples.of(model.com, times), ca.SX.zeros(len(times), AXES)
     for limb in model.limbs:
-        moment += _crossed(limb.place.at(times) - com, limb.force.at(times))
+        place, force = (model.samples.of(curve, times) for curve in (limb.place, limb.force))
+        moment += _crossed(place - com, force)
     return moment
 
 
@@ -110,7 +112,7 @@ def _total(model: Model, times: Array) -> Symbols:
     """Sum of all forces at times (N,), (N, 3), in body weights."""
     total = ca.SX.zeros(len(times), AXES)
     for limb in model.limbs:
-        total += limb.force.at(times)
+        total += model.samples.of(limb.force, times)
     return total
 
 

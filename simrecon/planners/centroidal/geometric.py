@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from simrecon.metrics.dynamics import GRAVITY_MPS2
-from simrecon.planners.centroidal.curves import Symbols
+from simrecon.planners.centroidal.curves import Samples, Symbols
 from simrecon.planners.centroidal.inputs import Inputs
 from simrecon.planners.centroidal.laws import Law, grid, interpolated, law, smooth
 from simrecon.planners.centroidal.limbs import Limb
@@ -24,11 +24,11 @@ def of_motion(model: Model) -> list[Law]:
     lengths, heights = grid(duration, checks.lengths_s), grid(duration, checks.heights_s)
     laws = [smooth(model.turn), *_velocities(model), *_feet(model, lengths)]
     hold = rotation(model.inputs.axes)
-    turn = model.turn.at(lengths)
-    com = model.com.at(lengths)
+    turn, com = (model.samples.of(curve, lengths) for curve in (model.turn, model.com))
     for limb in model.limbs:
-        laws.append(_limb(limb, com, turn, hold, model.inputs, lengths))
-        laws.extend(_surface(limb, heights, model.inputs.times_s))
+        place = model.samples.of(limb.place, lengths)
+        laws.append(_limb(limb, place, com, turn, hold, model.inputs, lengths))
+        laws.extend(_surface(limb, model.samples, heights, model.inputs.times_s))
     return [entry for entry in laws if entry.values.shape[0]]
 
 
@@ -92,21 +92,23 @@ def _feet(model: Model, times: Array) -> list[Law]:
         both = (rest >= 0).all(axis=0)
         _, first = np.unique(rest[:, both], axis=1, return_index=True)
         at = np.sort(np.concatenate((times[~both], times[both][first])))
-        apart = a.place.at(at) - b.place.at(at)
+        apart = model.samples.of(a.place, at) - model.samples.of(b.place, at)
         laws.append(law("foot length", ca.sum2(apart * apart) / length**2, 1.0, 1.0, at))
     return laws
 
 
-def _limb(limb: Limb, com: Symbols, turn: Symbols, hold: ca.Function, inputs: Inputs, times: Array) -> Law:
+def _limb(
+    limb: Limb, place: Symbols, com: Symbols, turn: Symbols, hold: ca.Function, inputs: Inputs, times: Array
+) -> Law:
     """No point is farther from its hip than the leg is long."""
     anchors = interpolated(inputs.times_s, limb.target.anchor_m, times)
     hips = [com[k, :].T + hold(turn[k, :]) @ ca.DM(anchors[k]) for k in range(len(times))]
-    apart = limb.place.at(times) - ca.horzcat(*hips).T
+    apart = place - ca.horzcat(*hips).T
     name = f"reach of the {limb.target.point.name.replace('_', ' ')}"
     return law(name, ca.sum2(apart * apart) / limb.target.point.reach_m**2, 0.0, 1.0, times)
 
 
-def _surface(limb: Limb, times: Array, frames_s: Array) -> list[Law]:
+def _surface(limb: Limb, samples: Samples, times: Array, frames_s: Array) -> list[Law]:
     """A point is on what it touches, and elsewhere not below what is nearest."""
     touching, label = limb.target.touching, limb.target.point.name.replace("_", " ")
     laws = []
@@ -114,12 +116,12 @@ def _surface(limb: Limb, times: Array, frames_s: Array) -> list[Law]:
         if phase.contact:
             piece = np.flatnonzero(limb.place_phase == row)[:1]
             at = np.array([(phase.start_s + phase.end_s) / 2])
-            off = limb.place.at(at, 0, piece) @ ca.DM(plane.normal) - plane.height_m
+            off = samples.of(limb.place, at, 0, piece) @ ca.DM(plane.normal) - plane.height_m
             laws.append(law(f"{label} on the floor", off, 0.0, 0.0, at))
     flying = times[limb.contact(times) < 0]
     if len(flying):
         frames = np.abs(flying[:, None] - frames_s).argmin(axis=1)
         normals, heights = touching.normals[frames], touching.heights_m[frames]
-        over = ca.sum2(limb.place.at(flying) * ca.DM(normals)) - ca.DM(heights)
+        over = ca.sum2(samples.of(limb.place, flying) * ca.DM(normals)) - ca.DM(heights)
         laws.append(law(f"{label} above the floor", over, 0.0, np.inf, flying))
     return laws

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
 from simrecon.planners.centroidal import limbs as limb_curves
-from simrecon.planners.centroidal.curves import Curve, Sampled, Symbols, Unknowns, even
+from simrecon.planners.centroidal.curves import Curve, Sampled, Samples, Symbols, Unknowns, even
 from simrecon.planners.centroidal.inputs import Inputs, Target
 from simrecon.planners.centroidal.limbs import Limb, Timing
 from simrecon.planners.centroidal.phases import Phase
@@ -31,6 +31,7 @@ class Model:
         unknowns: all of them: of the motion first, then of the forces, then the ends if they are free.
         of_motion: how many are of the motion.
         free: whether the ends are unknowns.
+        samples: of the curves, by which laws and objective are written.
     """
 
     inputs: Inputs
@@ -42,6 +43,7 @@ class Model:
     unknowns: Unknowns
     of_motion: int
     free: bool
+    samples: Samples = field(default_factory=Samples)
 
     @property
     def x(self) -> Symbols:
@@ -101,25 +103,24 @@ def objective(model: Model, *, forces: bool) -> Symbols:
     com = (weights.com, weights.com_velocity * unit**2, weights.com_acceleration * unit**4)
     turn = (weights.turn, weights.turn_velocity * unit**2, weights.turn_acceleration * unit**4)
     point = (weights.point, weights.point_velocity * unit**2, weights.point_acceleration * unit**4)
-    total = _followed(model.com, inputs.com_m, times, com) + _followed(
-        model.turn, inputs.turn_rad, times, turn
+    total = _followed(model, model.com, inputs.com_m, times, com) + _followed(
+        model, model.turn, inputs.turn_rad, times, turn
     )
     for limb in model.limbs:
-        total += _followed(limb.place, limb.target.place_m, times, point)
+        total += _followed(model, limb.place, limb.target.place_m, times, point)
         if forces:
-            total += weights.force * ca.sumsqr(limb.force.at(times))
-            total += weights.force_bend * ca.sumsqr(limb.force.at(times, 2))
+            total += weights.force * ca.sumsqr(model.samples.of(limb.force, times))
+            total += weights.force_bend * ca.sumsqr(model.samples.of(limb.force, times, 2))
     return total + weights.duration * sum(_moved(model, i) for i in range(len(model.limbs)))
 
 
-def _followed(curve: Curve, input_: Array, times: Array, weights: tuple[float, float, float]) -> Symbols:
+def _followed(
+    model: Model, curve: Curve, input_: Array, times: Array, weights: tuple[float, float, float]
+) -> Symbols:
     """Squared distance from the input, velocity and acceleration, weighted, summed over frames."""
-    place, velocity, bend = weights
-    return (
-        place * ca.sumsqr(curve.at(times) - ca.DM(input_))
-        + velocity * ca.sumsqr(curve.at(times, 1))
-        + bend * ca.sumsqr(curve.at(times, 2))
-    )
+    off = [model.samples.of(curve, times, order) for order in range(3)]
+    off[0] -= ca.DM(input_)
+    return sum(weight * ca.sumsqr(value) for weight, value in zip(weights, off, strict=True))
 
 
 def _moved(model: Model, row: int) -> Symbols:

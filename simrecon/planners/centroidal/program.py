@@ -8,7 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from simrecon.planners.centroidal.curves import Symbols
+from simrecon.planners.centroidal.curves import Samples, Symbols
+from simrecon.planners.centroidal.derivatives import Written, problem
 from simrecon.planners.centroidal.settings import Solver
 from simrecon.types import Array
 
@@ -25,6 +26,7 @@ class Program:
 
     Attributes:
         x, cost, values: symbols of the unknowns, of f and of g.
+        samples: by which cost and values are written beside the unknowns.
         low, high: bounds of g, numbers.
         near: (n,) most that each unknown may move.
         prices: of g, infinite where it must hold.
@@ -33,6 +35,7 @@ class Program:
     x: Symbols
     cost: Symbols
     values: Symbols
+    samples: Samples
     low: Array
     high: Array
     near: Array
@@ -75,9 +78,9 @@ def minimise(program: Program, start: Array, settings: Solver) -> End:
         "ipopt.tol": settings.tolerance,
         "ipopt.constr_viol_tol": VIOLATION,
     }
-    solver = ca.nlpsol(
-        "plan", "ipopt", {"x": x, "f": cost, "g": values}, options | _derivatives(x, cost, values)
-    )
+    inner = (ca.vertcat(*rows) for rows in (program.samples.symbols, program.samples.values))
+    written, derivatives = problem(Written(x, cost, values, *inner))
+    solver = ca.nlpsol("plan", "ipopt", written, options | derivatives)
     more, count = np.full(2 * len(soft), BEGIN), len(start)
     end = solver(
         x0=np.concatenate((start, more)),
@@ -91,17 +94,3 @@ def minimise(program: Program, start: Array, settings: Solver) -> End:
     reached[soft] += over - under
     stats = solver.stats()
     return End(found[:count], reached, float(end["f"]), stats["return_status"], int(stats["iter_count"]))
-
-
-def _derivatives(x: Symbols, f: Symbols, g: Symbols) -> dict[str, Any]:
-    """Those of f and of g apart: that of f is simple, and CasADi makes both together half as fast."""
-    none, by_f, by_g = ca.SX.sym("p", 0), ca.SX.sym("lam_f"), ca.SX.sym("lam_g", g.shape[0])
-    hessian = by_f * ca.hessian(f, x)[0] + ca.hessian(ca.dot(by_g, g), x)[0]
-    return {
-        "grad_f": ca.Function("grad_f", [x, none], [f, ca.gradient(f, x)], ["x", "p"], ["f", "grad_f_x"]),
-        "jac_g": ca.Function("jac_g", [x, none], [g, ca.jacobian(g, x)], ["x", "p"], ["g", "jac_g_x"]),
-        "hess_lag": ca.Function(
-            "hess_lag", [x, none, by_f, by_g], [ca.triu(hessian)],
-            ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"],
-        ),
-    }  # fmt: skip

@@ -119,5 +119,5 @@ def _searched(made: Model, entries: list[Law], start: Array, near: Array, asked:
     prices = np.concatenate(
         [np.full(len(entry.low), np.inf if asked.strict else entry.price) for entry in entries]
     )
-    whole = Program(x, cost, values, low, high, near, prices)
+    whole = Program(x, cost, values, made.samples, low, high, near, prices)
     return Solved(made, tuple(entries), program.minimise(whole, start, made.settings.solver))
