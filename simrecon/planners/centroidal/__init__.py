@@ -27,6 +27,7 @@ from simrecon.kinematics import configurations
 from simrecon.plan import Plan
 from simrecon.planners.centroidal import kinematic, unseen
 from simrecon.planners.centroidal.settings import chosen
+from simrecon.scene import sheets
 from simrecon.system import blas, extras
 from simrecon.types import Evidence, KinematicFit, Reference
 
@@ -45,8 +46,8 @@ def plan(fit: KinematicFit, evidence: Evidence, wanted: Plan) -> Reference:
         wanted: weights of the kinematic terms of the full body, and the section `centroidal`.
 
     Raises:
-        InputError: CasADi is missing, the clip is too short, its floor gives way, or nothing can be projected
-            though the plan is to start as the paper.
+        InputError: CasADi is missing, the clip is too short, its floor or an item gives way, or nothing can
+            be projected though the plan is to start as the paper.
     """
     check(fit)
     extras.load("casadi", NAME, f"planner {NAME}")
@@ -83,7 +84,7 @@ def check(fit: KinematicFit) -> None:
     """Refuse what it cannot plan.
 
     Raises:
-        InputError: the clip is too short, or its floor gives way.
+        InputError: the clip is too short, or its floor or an item gives way.
     """
     if len(fit.times_s) < FEWEST:
         count = counted(len(fit.times_s), "frame")
@@ -96,6 +97,12 @@ def check(fit: KinematicFit) -> None:
             f"planner {NAME}: the scene's floor is compliant ([ground] stiffness_Npm); "
             "valid: a hard floor, or planner none or soft_contact"
         )
+    for item in fit.scene.items:
+        if sheets.depth_m(item):
+            raise InputError(
+                f"planner {NAME}: the scene's {item.kind} {item.name!r} gives way; "
+                "valid: hard items, or planner none or soft_contact"
+            )
 
 
 __all__ = ["plan"]
