@@ -166,7 +166,9 @@ def test_a_foot_that_is_never_seen_is_said() -> None:
     assert unseen.feet(replace(seen, scores=np.full((3, 3), 0.9))) == ()
     joints = replace(seen, joint_names=("right_heel",), joints_m=np.zeros((3, 1, 3)))
     assert unseen.feet(joints) == ()
-    assert len(unseen.feet(nothing_seen(times))) == 2
+    assert unseen.feet(nothing_seen(times)) == ()  # a motion on another body
+    blind = replace(seen, scores=np.zeros_like(scores))
+    assert len(unseen.feet(blind)) == 2
 
 
 def test_who_does_not_fall_is_carried_by_what_is_lowest() -> None:

@@ -21,6 +21,7 @@ from simrecon import plan as plans
 from simrecon.drawing import canvas, overlay, video
 from simrecon.drawing.painter import Painter
 from simrecon.drawing.views import View, three_quarter
+from simrecon.geometry import camera as cameras
 from simrecon.io.messages import counted
 from simrecon.results import Result
 from simrecon.types import Array, Camera
@@ -28,7 +29,7 @@ from simrecon.types import Array, Camera
 MOMENTS = 6
 ROOM_M = 0.6
 """Around the path of a pelvis."""
-SCALE = 0.5
+TILE_PX = 260
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def made(clip: Path, folder: Path, plan: str, planner: str, engine: str) -> list
 
 
 def said(character: Character, result: Result) -> str:
-    """A line: what is simulated, how far from the plan, and what the plan gave up."""
+    """A line: what is simulated, how far from the fit, and what the plan has to say."""
     report = result.report
     frames, notes = report["frames"], report["planner_notes"]
     off = 1e3 * report["agreement"]["fit_mean_m"]
@@ -108,11 +109,29 @@ def picture(results: list[Result]) -> canvas.Image:
     paths = [result.motion.qpos[:, :3] for result in results]
     half = max(float(np.ptp(path[:, :2], axis=0).max()) for path in paths) / 2 + ROOM_M
     high = max(result.body.height_m for result in results) * 1.05
-    rows = [
-        row(result, character.words, camera(path, half, high))
-        for result, character, path in zip(results, CHARACTERS, paths, strict=True)
+    painters = [
+        painter(result, camera(path, half, high)) for result, path in zip(results, paths, strict=True)
     ]
-    return overlay.contact_sheet([tile for own in rows for tile in own], MOMENTS)
+    frames = [np.linspace(0, len(path) - 1, MOMENTS).round().astype(int) for path in paths]
+    bounds = np.array([own.bounds_px(rows) for own, rows in zip(painters, frames, strict=True)])
+    low, shape = (
+        bounds[:, 0].min(axis=0),
+        np.ptp([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)], axis=0),
+    )
+    size = (TILE_PX, round(TILE_PX * shape[1] / shape[0]))
+    view = View(low, np.array(size) / shape, size)
+    tiles = [
+        own.draw(int(frame), view, None, None if number else character.words)
+        for own, rows, character in zip(painters, frames, CHARACTERS, strict=True)
+        for number, frame in enumerate(rows)
+    ]
+    return overlay.contact_sheet(tiles, MOMENTS)
+
+
+def painter(result: Result, before: Camera) -> Painter:
+    """Of a result, before a camera of one frame that stays."""
+    clip = result.animation()
+    return Painter(replace(clip, camera=cameras.lasting(before, len(clip.times_s)), keypoints_px=None))
 
 
 def camera(path_m: Array, half_m: float, high_m: float) -> Camera:
@@ -120,18 +139,6 @@ def camera(path_m: Array, half_m: float, high_m: float) -> Camera:
     middle = path_m[:, :2].mean(axis=0)
     low = np.array([*(middle - half_m), 0.0])
     return three_quarter(low, np.array([*(middle + half_m), high_m]), 0.0)
-
-
-def row(result: Result, words: str, before: Camera) -> list[canvas.Image]:
-    """Some moments of a result; the first says who it is."""
-    clip = replace(result.animation(), camera=before, keypoints_px=None)
-    painter, size = Painter(clip), np.array(before.lens.image_size_px)
-    small = (round(SCALE * size[0]), round(SCALE * size[1]))
-    view = View(np.zeros(2), np.array(small) / size, small)
-    frames = np.linspace(0, len(clip.times_s) - 1, MOMENTS).round().astype(int)
-    return [
-        painter.draw(int(frame), view, None, None if number else words) for number, frame in enumerate(frames)
-    ]
 
 
 if __name__ == "__main__":

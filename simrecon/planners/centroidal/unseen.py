@@ -14,7 +14,12 @@ SCORE = 0.1
 
 
 def feet(evidence: Evidence) -> tuple[str, ...]:
-    """A note for each foot without a landmark and without a joint in any frame."""
+    """A note for each foot without a landmark and without a joint in any frame.
+
+    None for evidence without points at all: of a motion on another body, whose points were seen on the first.
+    """
+    if not evidence.keypoint_names and not evidence.joint_names:
+        return ()
     shown = _shown(evidence.keypoint_names, evidence.scores.max(axis=0, initial=0.0) >= SCORE)
     shown |= _shown(evidence.joint_names, np.isfinite(evidence.joints_m).all(axis=2).sum(axis=0) > 0)
     return tuple(
