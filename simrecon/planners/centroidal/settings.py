@@ -95,6 +95,7 @@ class Durations:
     """`[durations]`: how the ends of phases move."""
 
     rounds: int = number(0, 100)
+    iterations: int = number(1, 100_000)
     step_s: float = number(1e-3, 1.0)
     shortest_s: float = number(1e-3, 1.0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -13,9 +13,11 @@ from simrecon.planners.centroidal.laws import Law
 from simrecon.planners.centroidal.model import Model, Phasing, model, objective
 from simrecon.planners.centroidal.phases import moved
 from simrecon.planners.centroidal.program import End, Program
-from simrecon.planners.centroidal.settings import Settings
+from simrecon.planners.centroidal.settings import Settings, Solver
 from simrecon.types import Array
 
+SHORT = 0.9
+"""Share of the least length of a phase that a search which did not come to its end may leave."""
 BROKEN = 1e-3
 """A constraint is broken that is off by more than that in its own unit."""
 
@@ -93,7 +95,10 @@ def _fixed(inputs: Inputs, settings: Settings, phasing: Phasing, start: Array | 
 
 
 def _retimed(before: Solved, asked: Asked) -> tuple[Phasing, Array] | None:
-    """Other ends of the phases, and the unknowns but for them; None if there are none that are better."""
+    """Other ends of the phases, and the unknowns but for them; None if none may move, or a phase would vanish.
+
+    The search need not come to its end: the next one is fixed, and tells whether these ends are better.
+    """
     settings, x = before.model.settings, before.end.x
     phasing = tuple(limb.phases for limb in before.model.limbs)
     made = model(before.model.inputs, settings, phasing, free=True)
@@ -102,15 +107,20 @@ def _retimed(before: Solved, asked: Asked) -> tuple[Phasing, Array] | None:
         return None
     entries = [*geometric.of_motion(made), *dynamic.of_forces(made), *geometric.ordered(made)]
     near = np.concatenate((np.full(len(x), np.inf), np.full(len(ends), settings.durations.step_s)))
-    found = _searched(made, entries, np.concatenate((x, ends)), near, asked).end
-    if not found.converged:
-        return None
+    few = replace(settings.solver, iterations=settings.durations.iterations)
+    found = _searched(made, entries, np.concatenate((x, ends)), near, asked, few).end
     cuts = np.cumsum([len(own) - 1 for own in phasing])[:-1]
     shifted = np.split(found.x[len(x) :], cuts)
-    return tuple(moved(own, at) for own, at in zip(phasing, shifted, strict=True)), found.x[: len(x)]
+    changed = tuple(moved(own, at) for own, at in zip(phasing, shifted, strict=True))
+    shortest = min(phase.length_s for own in changed for phase in own)
+    if not np.isfinite(found.x).all() or shortest < SHORT * settings.durations.shortest_s:
+        return None
+    return changed, found.x[: len(x)]
 
 
-def _searched(made: Model, entries: list[Law], start: Array, near: Array, asked: Asked) -> Solved:
+def _searched(
+    made: Model, entries: list[Law], start: Array, near: Array, asked: Asked, solver: Solver | None = None
+) -> Solved:
     """The search for the unknowns of a stage."""
     values = ca.vertcat(*(entry.values for entry in entries))
     low, high = (np.concatenate([getattr(entry, side) for entry in entries]) for side in ("low", "high"))
@@ -120,4 +130,4 @@ def _searched(made: Model, entries: list[Law], start: Array, near: Array, asked:
         [np.full(len(entry.low), np.inf if asked.strict else entry.price) for entry in entries]
     )
     whole = Program(x, cost, values, made.samples, low, high, near, prices)
-    return Solved(made, tuple(entries), program.minimise(whole, start, made.settings.solver))
+    return Solved(made, tuple(entries), program.minimise(whole, start, solver or made.settings.solver))
