@@ -95,7 +95,7 @@ def _fixed(inputs: Inputs, settings: Settings, phasing: Phasing, start: Array | 
 
 
 def _retimed(before: Solved, asked: Asked) -> tuple[Phasing, Array] | None:
-    """Other ends of the phases, and the unknowns but for them; None if none may move, or a phase would vanish.
+    """Other ends of the phases, and the unknowns but for them; None if none may move or a phase would vanish.
 
     The search need not come to its end: the next one is fixed, and tells whether these ends are better.
     """
