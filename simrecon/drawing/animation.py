@@ -85,5 +85,5 @@ class Animation:
         """The primitives that the scene pushes in a frame."""
         if self.contact_force_N is None or not self.contact_body:
             return ()
-        pushed = rules.loaded(np.linalg.norm(self.contact_force_N[frame], axis=-1))
+        pushed = rules.pushed(np.linalg.norm(self.contact_force_N[frame], axis=-1))
         return tuple(name for name, flag in zip(self.contact_body, pushed, strict=True) if flag)
