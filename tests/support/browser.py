@@ -52,8 +52,6 @@ window.WebSocket = class extends Plain {
 };
 """
 """Counts what is drawn and heard; put into the page before anything else."""
-BAR_LEFT, BAR_RIGHT = 104, 12
-"""Of the bar's time axis, px."""
 SCRUB = """
 const [seconds, done] = arguments, strip = document.querySelector("#studio-canvas");
 const box = strip.getBoundingClientRect();
@@ -104,10 +102,10 @@ class Page:
         """Run a script in the page."""
         return self.driver.execute_script(text, *values)
 
-    def open(self, address: str, seconds: float = 60.0) -> None:
+    def open(self, address: str) -> None:
         """Open a studio, and wait until it can be used."""
         self.driver.get(address)
-        self.until(self.is_usable, "a page that can be used", seconds)
+        self.until(self.is_usable, "a page that can be used")
 
     def is_usable(self) -> bool:
         """Whether panels, bar and view are there."""
@@ -145,43 +143,10 @@ class Page:
         )
         self.until(lambda: self.script(find, label), f"a tab {label}").click()
 
-    def unfold(self, label: str) -> None:
-        """Open a folder of the panel."""
-        find = (
-            "return [...document.querySelectorAll('div')]"
-            ".find((one) => one.offsetParent && !one.querySelector('div') && "
-            "one.textContent.trim() === arguments[0]);"
-        )
-        self.until(lambda: self.script(find, label), f"a folder {label}").click()
-
-    def tick(self, label: str) -> None:
-        """Tick a box."""
-        self._field(label, 0).click()
-
-    def choose_range(self, low_s: float, high_s: float) -> None:
-        """Drag over the bar so that a range is played over and over."""
-        self.press("loop")
-        place = (
-            "const at = document.querySelector('#studio-canvas').getBoundingClientRect();"
-            "return [at.left, at.top, at.width]"
-        )
-        left, top, width = self.script(place)
-        times = self.script("return [window.__clip.times[0], window.__clip.times.at(-1)]")
-        share = [(at - times[0]) / (times[1] - times[0]) for at in (low_s, high_s)]
-        low, high = (left + BAR_LEFT + one * (width - BAR_LEFT - BAR_RIGHT) for one in share)
-        self.drag((low + 4, top + 6), ((low + high) / 2, top + 6), (high, top + 6))
-
     def fill(self, label: str, text: str, which: int = 0) -> None:
         """Write into a field; `which` of a vector's three."""
         from selenium.webdriver.common.keys import Keys
 
-        field = self._field(label, which)
-        field.click()
-        field.send_keys(Keys.CONTROL, "a")
-        field.send_keys(text + Keys.ENTER)
-
-    def _field(self, label: str, which: int) -> Any:
-        """The input at a label; `which` of a vector's three."""
         find = (
             "const label = [...document.querySelectorAll('label')]"
             ".find((one) => one.offsetParent && one.textContent.trim() === arguments[0]);"
@@ -190,7 +155,10 @@ class Page:
             "const found = around.querySelectorAll('input')[arguments[1]];"
             "found.scrollIntoView({block: 'center'}); return found;"
         )
-        return self.until(lambda: self.script(find, label, which), f"a field {label}")
+        field = self.until(lambda: self.script(find, label, which), f"a field {label}")
+        field.click()
+        field.send_keys(Keys.CONTROL, "a")
+        field.send_keys(text + Keys.ENTER)
 
     def inside(self) -> dict[str, str]:
         """What the motion goes through, as the bar says it."""
