@@ -100,6 +100,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     setup.observer.stage("kinematic fit", 0.0, clock.duration_s)
     fit = setup.fit or kinematics.fit(uniform, scene, plan.kinematics, setup.shape, setup.contacts)
     reference = planners.plan(setup.planner, fit, uniform, plan)
+    fit = planners.embodied(fit, reference)
     marks.append(time.perf_counter())
     problem = problems.pose(fit, reference, uniform, clock, plan)
     simulates = engines.simulates(setup.engine)

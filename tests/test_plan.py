@@ -20,7 +20,7 @@ DEFAULT = (WINDOWS / "default.toml").read_text(encoding="utf-8")
 
 
 def test_the_shipped_plans() -> None:
-    assert plans.names() == ("default", "flips", "overnight", "paper", "quick")
+    assert plans.names() == ("default", "flips", "overnight", "paper", "paper_xie", "quick")
 
 
 @pytest.mark.parametrize("name", plans.names())

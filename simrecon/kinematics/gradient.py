@@ -55,10 +55,11 @@ class Gradient:
         force, d_rotvecs = forward.adjoint(problem.skeleton, state.pose, segments, points, by_points)
         # all lengths grow with exp(log_scale), so a point moves by its distance from the root
         by_size = float(np.sum(by_points * (points - state.variables.root_m)))
-        d_sole = self._of_sole(segments, by_points)
+        drop = np.concatenate((problem.drop, problem.contacts.drop))  # (M + G, 3)
+        d_sole = of_sole(state, segments, drop, by_points)
         # the sole's height does not grow with the scale
         d_scale = by_targets + (by_radii + by_size) - state.variables.sole_m * d_sole
-        ends = np.concatenate(([d_scale, d_sole], self._of_lengths(force), d_lean.ravel())) + self.shared
+        ends = np.concatenate(([d_scale, d_sole], of_lengths(state, force), d_lean.ravel())) + self.shared
         return layout.join(force[0], d_rotvecs + self.rotvecs, ends)
 
     def _of_targets(self) -> tuple[Array, float]:
@@ -81,18 +82,25 @@ class Gradient:
         by_radii = -float(np.sum(self.clearances.sum(axis=0) * state.scale * touch.radii_m[:, None]))
         return pushed + spheres, by_radii
 
-    def _of_sole(self, segments: IntArray, by_points: Array) -> float:
-        """By the height of the sole, from the gradient of all points (M + G, T, 3)."""
-        problem = self.state.problem
-        drop = np.concatenate((problem.drop, problem.contacts.drop))  # (M + G, 3)
-        low = np.flatnonzero(drop.any(axis=1))
-        down = (self.state.pose.axes[segments[low]] @ drop[low, None, :, None])[..., 0]  # (low, T, 3)
-        return float(np.sum(by_points[low] * down))
 
-    def _of_lengths(self, force: Array) -> Array:
-        """By the lengths (L,): all below a joint moves with its offset; force (SEGMENTS, T, 3) on it."""
-        state, problem = self.state, self.state.problem
-        parents = problem.skeleton.parents[1:]
-        local = np.einsum("btji,btj->bi", state.pose.axes[parents], force[1:])  # (JOINTS, 3) Σ_t R_parentᵀ f
-        along = np.einsum("lbi,bi->l", problem.stretch[:, 1:], local)
-        return np.asarray(state.scale * np.exp(state.variables.lengths) * along)
+def of_sole(state: State, segments: IntArray, drop: Array, by_points: Array) -> float:
+    """By the height of the sole, from the gradient of points.
+
+    Args:
+        state: whose pose they are of.
+        segments: (P,) of the points.
+        drop: (P, 3) how each moves as the sole goes down by a metre.
+        by_points: (P, T, 3).
+    """
+    low = np.flatnonzero(drop.any(axis=1))
+    down = (state.pose.axes[segments[low]] @ drop[low, None, :, None])[..., 0]  # (low, T, 3)
+    return float(np.sum(by_points[low] * down))
+
+
+def of_lengths(state: State, force: Array) -> Array:
+    """By the lengths (L,): all below a joint moves with its offset; force (SEGMENTS, T, 3) on it."""
+    problem = state.problem
+    parents = problem.skeleton.parents[1:]
+    local = np.einsum("btji,btj->bi", state.pose.axes[parents], force[1:])  # (JOINTS, 3) Σ_t R_parentᵀ f
+    along = np.einsum("lbi,bi->l", problem.stretch[:, 1:], local)
+    return np.asarray(state.scale * np.exp(state.variables.lengths) * along)

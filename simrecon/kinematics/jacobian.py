@@ -32,7 +32,9 @@ class Jacobian:
     @cached_property
     def wide(self) -> Array:
         """Of the landmarks by the unknowns of their frame, log scale, sole and lengths, (T, M, 3, …)."""
-        return np.concatenate((self.landmarks, of_shared(self._state)), axis=-1)
+        state, skeleton = self._state, self._state.problem.skeleton
+        shared = of_shared(state, skeleton.point_segments, state.landmarks_m, state.problem.drop)
+        return np.concatenate((self.landmarks, shared), axis=-1)
 
     @cached_property
     def hips(self) -> Array:
@@ -81,13 +83,19 @@ def moved_by(skeleton: Skeleton) -> Array:
     return below
 
 
-def of_shared(state: State) -> Array:
-    """Derivative of the landmarks by log scale, sole and lengths, (T, M, 3, 2 + L)."""
+def of_shared(state: State, segments: IntArray, points_m: Array, drop: Array) -> Array:
+    """Derivative of points by log scale, sole and lengths, (T, M, 3, 2 + L).
+
+    Args:
+        state: whose pose they are of.
+        segments: (M,) of the points.
+        points_m: (M, T, 3).
+        drop: (M, 3) how each moves as the sole goes down by a metre.
+    """
     problem, variables, pose = state.problem, state.variables, state.pose
     skeleton = problem.skeleton
-    segments = skeleton.point_segments
-    down = (pose.axes[segments] @ problem.drop[:, None, :, None])[..., 0]  # (M, T, 3)
-    grown = state.landmarks_m - variables.root_m - variables.sole_m * down
+    down = (pose.axes[segments] @ drop[:, None, :, None])[..., 0]  # (M, T, 3)
+    grown = points_m - variables.root_m - variables.sole_m * down
     longer = state.scale * np.exp(variables.lengths)[:, None, None] * problem.stretch[:, 1:]  # (L, JOINTS, 3)
     shift = np.einsum("btij,lbj->lbti", pose.axes[skeleton.parents[1:]], longer)  # (L, JOINTS, T, 3)
     lengths = np.einsum("bm,lbti->lmti", moved_by(skeleton)[1:, segments].astype(float), shift)

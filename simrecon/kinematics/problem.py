@@ -70,7 +70,6 @@ class Problem:
         """
         names = skeleton.point_names
         ends = [name.endswith(("_heel", "_toe")) for name in names]
-        low = [name.endswith(("_heel", "_toe", "_mtp")) for name in names]
         count = None if lengths else 0
         return cls(
             skeleton=skeleton,
@@ -80,7 +79,7 @@ class Problem:
             observations=observations,
             plan=plan,
             feet=np.flatnonzero(ends),
-            drop=np.outer(low, [0.0, 0.0, -1.0]),
+            drop=drops(skeleton),
             tallness=bodies.length_shares(skeleton)[:count],
             stretch=bodies.length_offsets(skeleton)[:count],
             leans=leans(len(base), observations.interval_s),
@@ -109,3 +108,9 @@ class Problem:
         """The skeleton with the lengths of the variables, unscaled."""
         longer = np.tensordot(np.expm1(variables.lengths), self.stretch, axes=1)
         return replace(self.skeleton, offsets_m=self.skeleton.offsets_m + longer)
+
+
+def drops(skeleton: Skeleton) -> Array:
+    """How each landmark moves as the sole goes down by a metre, (M, 3)."""
+    low = [name.endswith(("_heel", "_toe", "_mtp")) for name in skeleton.point_names]
+    return np.outer(low, [0.0, 0.0, -1.0])

@@ -13,36 +13,44 @@ from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.observe import by_point, observe
 from simrecon.kinematics.problem import Problem
+from simrecon.kinematics.unscaled import Unscaled, unscaled
 from simrecon.optim import lbfgs
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Evidence, KinematicFit
 
 LEAN_EVALUATIONS = 50
 SIZE_SIGMA = 1.0
-"""Of the stature, which does not move here (natural logarithm)."""
+"""Of the stature, where it does not move (natural logarithm)."""
 
 
-def resume(fit: KinematicFit, evidence: Evidence, plan: Kinematics) -> tuple[Problem, Variables]:
+def resume(
+    fit: KinematicFit, evidence: Evidence, plan: Kinematics, *, lengths: bool = False
+) -> tuple[Problem, Variables]:
     """The problem that a fit solved, on the body that it found, and its solution.
 
     Args:
         fit: that has ended.
         evidence: that it was made from, on the same frames.
         plan: weights and scales.
+        lengths: whether size and lengths are unknowns, as they were of the fit; without effect where the body
+            isn't one of the evidence's lengths.
 
     Raises:
         InputError: nothing in the evidence can be used.
     """
-    worth, skeleton = trust.of(evidence), fit.body.skeleton
-    plan = terms.switched(trust.weighed(plan, worth))
+    worth = trust.of(evidence)
+    own = unscaled(fit, evidence, plan, worth) if lengths else None
+    if own is None:
+        own = Unscaled(fit.body.skeleton, fit.body.primitives, SIZE_SIGMA, 0.0, 0.0, np.zeros(0))
+    skeleton, plan = own.skeleton, terms.switched(trust.weighed(plan, worth))
     points, camera = by_point(evidence, skeleton), world.provisional(evidence)
-    see = observe(evidence, skeleton, points, camera, plan, worth, SIZE_SIGMA)
+    see = observe(evidence, skeleton, points, camera, plan, worth, own.size_sigma)
     see = world.observed(see, fit.world, fit.camera)
     root, base, rotvecs = layout.from_qpos(fit.qpos)
-    contacts = contact_points(skeleton, fit.body.primitives)
-    problem = Problem.of_clip(skeleton, contacts, fit.scene, base, see, plan, lengths=False)
+    contacts, free = contact_points(skeleton, own.primitives), len(own.lengths) > 0
+    problem = Problem.of_clip(skeleton, contacts, fit.scene, base, see, plan, lengths=free)
     upright = np.zeros((problem.leans.shape[1], layout.LEAN))
-    variables = Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), upright)
+    variables = Variables(root, rotvecs, own.log_scale, own.sole_m, own.lengths, upright)
     if fit.wished is not None:
         problem = wishing.asked(problem, variables, fit.wished)
     return problem, replace(variables, lean=_lean(problem, variables))

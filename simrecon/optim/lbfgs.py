@@ -54,6 +54,7 @@ def minimize(
     max_evaluations: int,
     ftol_rel: float,
     lower: Array | None = None,
+    memory: int = MEMORY,
 ) -> Minimum:
     """Minimise a smooth function from its value and gradient, above bounds if there are any.
 
@@ -68,6 +69,7 @@ def minimize(
         max_evaluations: limit on the calls of `fun`.
         ftol_rel: relative change of the loss between two iterations at which the search is done.
         lower: (n,) bounds, -inf = none; or None.
+        memory: pairs of steps and gradient changes that are kept.
 
     Raises:
         ValueError: a shape or a value that can't be used, or a gradient of the wrong shape.
@@ -85,7 +87,7 @@ def minimize(
 
     optimiser = nlopt.opt(nlopt.LD_LBFGS, x0.size)
     optimiser.set_lower_bounds(low)
-    optimiser.set_vector_storage(MEMORY)
+    optimiser.set_vector_storage(memory)
     optimiser.set_maxeval(max_evaluations)
     optimiser.set_ftol_rel(ftol_rel)
     # The default (which 0 stands for) stops where the gradient is below 1e-8, whatever the unit of the loss.

@@ -139,7 +139,9 @@ class SoftContact:
     `units` are those of force and moment, as shares of body weight and of that times stature, a round each.
     `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss. `rate_per_s`
     is how fast the force may change, in body weights, and `place_m` how far the centre of mass may be led
-    from that of the fit: σ_r and σ_p.
+    from that of the fit: σ_r and σ_p. `node_spacing_s` puts the poses on cubic splines with nodes so far
+    apart, 0 = each frame has its own; `lengths` lets the person's size and lengths move. `kinematic` is how
+    many evaluations come first, without physics; `curved_every` and `history` are of the search.
     """
 
     weight: float = number(0.0, 1e6, default=1.0)
@@ -150,6 +152,11 @@ class SoftContact:
     rest: float = number(1e-9, 1.0, default=1e-3)
     rate_per_s: float = number(1e-3, 1e6, default=5.0)
     place_m: float = number(1e-4, 1e3, default=0.03)
+    node_spacing_s: float = number(0.0, 60.0, default=0.0)
+    lengths: bool = False
+    kinematic: int = number(0, 1_000_000, default=0)
+    curved_every: int = number(1, 1_000_000, default=25)
+    history: int = number(1, 1000, default=10)
 
 
 @dataclass(frozen=True)

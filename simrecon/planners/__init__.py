@@ -6,7 +6,9 @@ A planner is a row of `PLANNERS`, chosen by `--planner`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
+from simrecon import kinematics
 from simrecon.errors import InputError
 from simrecon.plan import Plan
 from simrecon.planners import centroidal, none, soft_contact
@@ -51,3 +53,11 @@ def plan(name: str, fit: KinematicFit, evidence: Evidence, settings: Plan) -> Re
     """
     check(name)
     return PLANNERS[name](fit, evidence, settings)
+
+
+def embodied(fit: KinematicFit, reference: Reference) -> KinematicFit:
+    """The fit on the body of its reference, where a plan has moved lengths: a result has one body."""
+    if reference.body is None:
+        return fit
+    com, _ = kinematics.configurations(reference.body, fit.qpos)
+    return replace(fit, body=reference.body, com_m=com)

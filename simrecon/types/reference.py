@@ -67,6 +67,7 @@ class Reference:
         contact_apart_m: (T, C) how far that is from the scene, negative inside, or None: contacts touch.
         root_wrench: (T, 6) force (N) and moment (Nm) on the root that contacts and gravity leave unexplained;
             zero obeys dynamics; None where the planner knows no dynamics.
+        body: with the lengths of the plan, where these are others than the fit's, or None.
         notes: of the planner, in words: what it could not do, or took otherwise than it was asked.
     """
 
@@ -82,4 +83,5 @@ class Reference:
     contact_place_m: Array | None = None
     contact_apart_m: Array | None = None
     root_wrench: Array | None = None
+    body: Body | None = None
     notes: tuple[str, ...] = ()

@@ -9,14 +9,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from simrecon import evidence as readers
-from simrecon import kinematics, plan, planners, resources, schedule
+from simrecon import plan, planners, schedule
 from simrecon import scene as scenes
 from simrecon.contact import rules, wishes
 from simrecon.contact.parts import names
 from simrecon.engines import feedforward
 from simrecon.engines import problem as problems
-from simrecon.evidence import resample
 from simrecon.kinematics import layout
 from simrecon.kinematics.jacobian import of_points
 from simrecon.kinematics.layout import FREE
@@ -32,20 +30,7 @@ from simrecon.planners.soft_contact.objective import Planned
 from simrecon.planners.soft_contact.physics import Motion, World
 from simrecon.sim.inverse_dynamics import inverse
 from simrecon.types import Array, ContactWish, Evidence, KinematicFit, Reference
-
-SETTINGS = plan.read("quick")
-
-
-@pytest.fixture(scope="module")
-def seen() -> Evidence:
-    whole, _ = resample(readers.read(resources.folder("example") / "beam.npz"))
-    return whole
-
-
-@pytest.fixture(scope="module")
-def fit(seen: Evidence) -> KinematicFit:
-    scene = scenes.read(resources.folder("example") / "beam.toml")
-    return kinematics.fit(seen, scene, SETTINGS.kinematics)
+from tests.planners.conftest import SETTINGS, variables_of
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +69,7 @@ def test_point_masses_have_the_body_s_centre_and_inertia(fit: KinematicFit, plan
     data = mujoco.MjData(model)
     data.qpos[:] = fit.qpos[7]
     mujoco.mj_forward(model, data)
-    variables = _variables(fit)
+    variables = variables_of(fit)
     motion = Motion(State(planned.problem, variables), planned.world)
     centre = data.subtree_com[1]
     np.testing.assert_allclose(motion.com_m[7], centre, atol=1e-5)
@@ -97,12 +82,6 @@ def test_point_masses_have_the_body_s_centre_and_inertia(fit: KinematicFit, plan
     mass = planned.world.masses.mass_kg
     inertia = np.sum(mass * np.sum(arms**2, axis=1)) * np.eye(3) - (mass[:, None] * arms).T @ arms
     np.testing.assert_allclose(inertia, expected, atol=1e-4)
-
-
-def _variables(fit: KinematicFit) -> layout.Variables:
-    root, _, rotvecs = layout.from_qpos(fit.qpos)
-    leans = layout.leans(len(root), float(fit.times_s[1] - fit.times_s[0]))
-    return layout.Variables(root, rotvecs, 0.0, 0.0, np.zeros(0), np.zeros((leans.shape[1], layout.LEAN)))
 
 
 def wishing(fit: KinematicFit, seen: Evidence, world: World) -> World:
@@ -123,7 +102,7 @@ def test_what_is_to_touch_bears_and_what_is_free_does_not(
     parts = dict(zip(names(), planned.problem.contacts.parts, strict=True))
 
     def borne(world: World, *own: str) -> Array:
-        motion = Motion(State(planned.problem, _variables(fit)), world)
+        motion = Motion(State(planned.problem, variables_of(fit)), world)
         pushed = np.linalg.norm(motion.explained(np.arange(len(motion.apart_m))).forces, axis=2)
         return np.asarray(pushed[:, np.concatenate([parts[name] for name in own])].sum(axis=1))
 
@@ -149,7 +128,7 @@ def test_the_gradient_is_that_of_the_loss(
     if bare:
         flat, _ = resume(replace(fit, scene=replace(fit.scene, items=())), seen, SETTINGS.kinematics)
         planned = Planned(flat, planned.world, planned.weight, planned.fit_com_m)
-    x, rng = _variables(fit).pack(), np.random.default_rng(0)
+    x, rng = variables_of(fit).pack(), np.random.default_rng(0)
     _, gradient = planned(x)
     moves = np.zeros((12, len(x)))
     moves[:, : FREE * planned.problem.frames] = rng.standard_normal((12, FREE * planned.problem.frames))
@@ -159,7 +138,7 @@ def test_the_gradient_is_that_of_the_loss(
 
 
 def test_the_derivative_of_the_wrench(fit: KinematicFit, planned: Planned) -> None:
-    variables, frame = _variables(fit), 11
+    variables, frame = variables_of(fit), 11
     motion = Motion(State(planned.problem, variables), planned.world)
     masses, skeleton = planned.world.masses, planned.problem.skeleton
     masses_moved = of_points(skeleton, motion.state.pose, masses.segments, motion.masses_m)
@@ -177,7 +156,7 @@ def test_the_derivative_of_the_wrench(fit: KinematicFit, planned: Planned) -> No
 
 
 def test_the_curvature_is_positive(fit: KinematicFit, planned: Planned) -> None:
-    for part in curvature(planned, _variables(fit)):
+    for part in curvature(planned, variables_of(fit)):
         for block in part.blocks[0]:
             np.testing.assert_allclose(block, block.T, rtol=1e-6, atol=1e-6 * np.abs(block).max())
             assert np.linalg.eigvalsh(block)[0] > 0
@@ -264,7 +243,7 @@ def test_a_clip_too_short_for_an_acceleration_is_planned_as_it_is(fit: Kinematic
 
 
 def test_the_curvature_of_a_flight(fit: KinematicFit, planned: Planned) -> None:
-    variables = _variables(fit)
+    variables = variables_of(fit)
     high = replace(variables, root_m=variables.root_m + np.array([0.0, 0.0, 50.0]))
     assert all(np.isfinite(part.blocks[0]).all() for part in curvature(planned, high))
 

@@ -7,30 +7,30 @@ physics     what moves the body, and what pushing costs
 objective   both with the evidence terms of the kinematic fit
 steady      what keeps its forces smooth, and its place the fit's
 curvature   of all that, for the search
+person      the person's size and lengths, where a plan moves them
+nodes       poses on splines, where a plan asks for them
+spline_conditioning
+            the variables of the search over these
+stages      the search
 
-It goes on where the kinematic fit has ended, with the same unknowns, evidence and search, in rounds with ever
-finer units of force and moment.
+It goes on where the kinematic fit has ended, with the same evidence and search.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from simrecon.io.messages import counted
-from simrecon.kinematics import configurations, layout, search
+from simrecon.kinematics import configurations, layout
 from simrecon.kinematics.layout import Variables
-from simrecon.kinematics.resumed import resume
 from simrecon.plan import Plan
 from simrecon.planners import none
-from simrecon.planners.soft_contact.asked import asked as wished
-from simrecon.planners.soft_contact.curvature import curvature
 from simrecon.planners.soft_contact.forces import Explained
-from simrecon.planners.soft_contact.masses import Masses
 from simrecon.planners.soft_contact.objective import Planned
-from simrecon.planners.soft_contact.physics import Motion, Scales, World
+from simrecon.planners.soft_contact.physics import Motion
+from simrecon.planners.soft_contact.stages import searched
 from simrecon.system import blas
 from simrecon.types import Array, Evidence, KinematicFit, Primitive, Reference
 
@@ -41,6 +41,7 @@ OWN = "world,joints_m=0.05,place_m=0.05"
 """What a fit's own landmarks are worth: a few centimetres close feet and bend what no force explains. With
 the scales of a network's estimate the root of the example on a smaller body moved by 5 cm, with these by 2,
 while more of the force came from a distance (18 % of the weight instead of 7)."""
+STAYS = "lengths stay as they are: the body is not one of lengths that were measured in the evidence"
 TOUCHES = 0.02
 """Force, as a share of body weight, at which a contact counts as half closed (eq. 5)."""
 
@@ -64,25 +65,13 @@ def plan(fit: KinematicFit, evidence: Evidence, settings: Plan) -> Reference:
         return replace(none.plan(fit, evidence, settings), notes=(note,))
     own = not evidence.keypoint_names and not evidence.joint_names
     placed, seen = (replace(fit, world=np.eye(4)), own_landmarks(fit, evidence)) if own else (fit, evidence)
-    problem, variables = resume(placed, seen, settings.kinematics)
-    surfaces = [fit.scene.ground.friction, *(item.friction for item in fit.scene.items)]
-    friction = np.array([surface.sliding for surface in surfaces])
-    asked = settings.soft_contact
-    scales = Scales(
-        distance_m=asked.distance_m,
-        slip_mps=asked.slip_mps,
-        rest=asked.rest,
-        rate_per_s=asked.rate_per_s,
-        place_m=asked.place_m,
-    )
-    world = World(Masses.of(fit.body), fit.body.height_m, friction, scales)
-    world = replace(world, asked=wished(problem, variables, world.weight_N))
-    for unit in asked.units:
-        planned = Planned(problem, world.in_units(unit), asked.weight, fit.com_m)
-        curved = partial(curvature, planned)
-        variables, _ = search.minimise(planned, curved, variables, asked.evaluations, shared=False)
+    lengths = settings.soft_contact.lengths and settings.kinematics.shape and not own
+    planned, variables, body = searched(placed, seen, settings, lengths=lengths)
     motion, found = planned.explained(variables.pack())
-    return _reference(fit, planned, variables, motion, found)
+    fit = fit if body is None else replace(fit, body=body)
+    reference = _reference(fit, planned, variables, motion, found)
+    notes = (STAYS,) if settings.soft_contact.lengths and body is None else ()
+    return replace(reference, body=body, notes=notes)
 
 
 def own_landmarks(fit: KinematicFit, evidence: Evidence) -> Evidence:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class Masses:
         arms = np.swapaxes(axes * reach[:, None, :], 1, 2)  # (S, 3, 3), rows
         offsets = model.body_ipos[own][:, None] + np.concatenate((arms, -arms), axis=1)  # (S, 6, 3)
         return cls(np.repeat(np.arange(count), 6), offsets.reshape(-1, 3), np.repeat(mass / 6, 6))
+
+    def scaled(self, factor: float) -> Masses:
+        """The same masses with all lengths times a factor."""
+        return replace(self, offsets_m=factor * self.offsets_m)
 
     @property
     def total_kg(self) -> float:

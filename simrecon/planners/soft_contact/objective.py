@@ -6,7 +6,7 @@ from simrecon.kinematics import forward, layout
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.state import State
-from simrecon.planners.soft_contact import steady
+from simrecon.planners.soft_contact import person, steady
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.physics import Motion, World
 from simrecon.types import Array, IntArray
@@ -22,30 +22,37 @@ class Planned:
     Attributes:
         problem: evidence and kinematic terms. world: of the physics. weight: of it.
         fit_com_m: (T, 3) centres of mass that the plan stays near.
+        lengths: whether scale, sole and lengths move; else the gradient by them lacks the physics.
         losses: each term's share of the loss, by name, at the point of the last call.
     """
 
-    def __init__(self, problem: Problem, world: World, weight: float, fit_com_m: Array) -> None:
+    def __init__(
+        self, problem: Problem, world: World, weight: float, fit_com_m: Array, *, lengths: bool = False
+    ) -> None:
         self.problem, self.world, self.weight, self.fit_com_m = problem, world, weight, fit_com_m
+        self.lengths = lengths
         self.losses: dict[str, float] = {}
         self._evidence = Objective(problem)
         self._residual: Array | None = None
         self._rows: IntArray | None = None
 
     def __call__(self, x: Array) -> tuple[float, Array]:
-        """Loss and gradient, (n,), at the packed variables x (n,); what all frames share stays as it is."""
+        """Loss and gradient, (n,), at the packed variables x (n,)."""
         motion, found = self.explained(x)
         loss, gradient = self._evidence(x, motion.state)
         unit = self.weight * self.problem.dt
         rough, by_wrench = steady.rate(motion.wrench, self.world.change(self.problem.dt))
         away, by_com = steady.place(motion.com_m, self.fit_com_m, self.world.scales.place_m)
         physics, held = unit * motion.loss(found), unit * (rough + away)
-        segments, places, slopes = motion.gradient(found, by_wrench, by_com)
-        force, turns = forward.adjoint(self.problem.skeleton, motion.state.pose, segments, places, slopes)
-        root, rotvecs, _ = layout.split(gradient, self.problem.frames)  # views
+        points = motion.gradient(found, by_wrench, by_com)
+        force, turns = forward.adjoint(self.problem.skeleton, motion.state.pose, *points)
+        root, rotvecs, shared = layout.split(gradient, self.problem.frames)  # views
         root += unit * force[0]
         rotvecs += unit * turns
         self.losses = {**self._evidence.losses, "dynamics": physics, "steady": held}
+        if self.lengths:
+            by_person = person.gradient(motion, found, points, force)
+            shared[: len(by_person)] += unit * by_person
         return loss + physics + held, gradient
 
     def explained(self, x: Array) -> tuple[Motion, Explained]:

@@ -101,7 +101,7 @@ class Motion:
     def __init__(self, state: State, world: World) -> None:
         self.state, self.world = state, world
         masses, dt = world.masses, state.dt
-        self.masses_m = forward.points(state.pose, masses.segments, masses.offsets_m)
+        self.masses_m = forward.points(state.pose, masses.segments, state.scale * masses.offsets_m)
         self.com_m = masses.centre_m(self.masses_m)
         x = self.masses_m
         self.acceleration = (x[:, 2:] - 2 * x[:, 1:-1] + x[:, :-2]) / dt**2
@@ -225,15 +225,23 @@ class Motion:
 
         touching, carried = np.zeros_like(self.touching_m), np.zeros_like(self.touching_m)
         touching[:, 1:-1] -= lever
-        priced = np.sum(pushed**2, axis=2) / self.world.weight_N**2  # (G, n)
-        far = np.maximum(self.apart_m[:, 1:-1], 0.0) / scales.distance_m
-        by_distance = priced * (far + 2 * far**3) / scales.distance_m
+        priced = self.priced(found)
         by_sphere = np.zeros_like(self.touching_m)
-        by_sphere[:, 1:-1] += by_distance[..., None] * self.normals[:, 1:-1]
+        by_sphere[:, 1:-1] += self.by_distance(priced)[..., None] * self.normals[:, 1:-1]
         step = self.paid_steps(priced)[..., None] * self.slips / (scales.slip_mps**2 * dt)  # (G, T - 1, 3)
         carried[:, 1:] += step
         touching[:, :-1] -= step
         return masses, touching, by_sphere, carried
+
+    def priced(self, found: Explained) -> Array:
+        """Squared forces in body weights, (G, n)."""
+        return np.asarray(np.sum(np.swapaxes(found.forces, 0, 1) ** 2, axis=2) / self.world.weight_N**2)
+
+    def by_distance(self, priced: Array) -> Array:
+        """Derivative of what forces cost by the distances of the spheres, (G, n)."""
+        unit = self.world.scales.distance_m
+        far = np.maximum(self.apart_m[:, 1:-1], 0.0) / unit
+        return np.asarray(priced * (far + 2 * far**3) / unit)
 
     def paid_steps(self, priced: Array) -> Array:
         """Squared forces (G, n), in body weights, as the mean of the two frames of each step, (G, T - 1)."""
