@@ -71,8 +71,10 @@ def minimise(
     variables, used, loss = start, 0, np.inf
     while used < evaluations:
         most = min(anew, evaluations - used)
-        better = condition(curvature(variables), variables)
-        variables, step = _round(objective, better, variables, most, history, shared=shared)
+        # no name holds the last curvature's variables while the next ones are made
+        variables, step = _round(
+            objective, condition(curvature(variables), variables), variables, most, history, shared=shared
+        )
         used += step.evaluations
         if loss - step.loss < settled * step.loss:
             break

@@ -95,7 +95,7 @@ class Motion:
         touching_m: (G, T, 3) where the spheres are nearest to the scene; carried_m: (G, T - 1, 3) the same
             points of the body a frame later; slips: (G, T - 1, 3) their velocity.
         apart_m: (G, T) distances, and normals: (G, T, 3) from the scene.
-        wrench: (n, 6) in units of `World.sigma`, arms: (n, G, 6, 3), cost: (n, G).
+        wrench: (n, 6) in units of `World.sigma`, cost: (n, G).
     """
 
     def __init__(self, state: State, world: World) -> None:
@@ -114,7 +114,6 @@ class Motion:
         self.carried_m = state.spheres_m[:, 1:] + (turn @ down[:, :-1, :, None])[..., 0]
         self.slips = (self.carried_m - self.touching_m[:, :-1]) / dt
         self.wrench = self._wrench() / world.sigma
-        self.arms = self._arms() / world.sigma[:, None]
         self.cost = self._cost()
 
     def _wrench(self) -> Array:
@@ -125,11 +124,12 @@ class Motion:
         force = push.sum(axis=0) - mass.sum() * GRAVITY
         return np.concatenate((force, forward.cross(arms, push).sum(axis=0)), axis=1)
 
-    def _arms(self) -> Array:
-        """What unit forces on the contacts add to force and moment, (n, G, 6, 3)."""
-        arm = np.swapaxes(self.touching_m[:, 1:-1] - self.com_m[1:-1], 0, 1)  # (n, G, 3)
+    def _arms(self, rows: IntArray) -> Array:
+        """What unit forces on G' contacts add to force and moment, (n, G', 6, 3)."""
+        arm = np.swapaxes(self.touching_m[rows, 1:-1] - self.com_m[1:-1], 0, 1)  # (n, G', 3)
         turning = rotations.skew(arm)
-        return np.concatenate((np.broadcast_to(np.eye(3), turning.shape), turning), axis=2)
+        arms = np.concatenate((np.broadcast_to(np.eye(3), turning.shape), turning), axis=2)
+        return np.asarray(arms / self.world.sigma[:, None])
 
     def _cost(self) -> Array:
         """Price of forces, (n, G)."""
@@ -151,7 +151,7 @@ class Motion:
         friction = self.world.friction[nearest[:, 1:-1]].T
         price, wanted = self._asked(normals, rows)
         cost = self.cost[:, rows] + price
-        found = forces.explain(self.wrench, self.arms[:, rows], cost, normals, friction, start, wanted)
+        found = forces.explain(self.wrench, self._arms(rows), cost, normals, friction, start, wanted)
         every = np.zeros((*self.cost.shape, 3))
         every[:, rows] = found.forces
         return replace(found, forces=every)
