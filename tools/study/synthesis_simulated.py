@@ -37,7 +37,9 @@ def followed(corpus: Path, tests: list[Test], options: argparse.Namespace) -> li
             continue
         record = folder / "followed.json"
         if not record.is_file():
-            atomic.write_json(record, _run(source, folder, turn, options.threads))
+            became = _run(source, folder, turn, options.threads)
+            folder.mkdir(parents=True, exist_ok=True)  # there is none where all were refused
+            atomic.write_json(record, became)
         rows += json.loads(record.read_text(encoding="utf-8"))
     return rows
 
