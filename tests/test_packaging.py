@@ -160,7 +160,7 @@ def test_wheel_holds_every_file(wheel: Path, copy: Path) -> None:
 
 def test_readme_commands_are_those_of_ci() -> None:
     readme = (CHECKOUT / "README.md").read_text(encoding="utf-8")
-    install, tests = commands("run")
+    install, *_, tests = commands("run")
     assert install == "python -m pip install '.[dev]'"
     assert tests == "python -m pytest -n 2"
     assert "&& python -m pip install .\n    simrecon demo " in readme

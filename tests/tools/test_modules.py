@@ -16,7 +16,7 @@ LIBRARIES = {
     "contact_model", "contact_motions", "contact_paper", "contact_views", "browser", "seated",
     "synthesis_corpus", "synthesis_views", "synthesis_data", "synthesis_model", "synthesis_training",
     "synthesis_scores", "synthesis_simulated", "synthesis_page", "synthesis_numbers", "synthesis_targets",
-    "future_distances",
+    "future_distances", "flips",
 }  # fmt: skip
 """Modules that the programs share."""
 EXTRAS = {"anny", "dask_jobqueue", "fast_simplification", "grimp", "sklearn", "torch", "websockets", "zuko"}
