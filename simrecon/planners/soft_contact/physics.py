@@ -149,20 +149,20 @@ class Motion:
         normals = np.swapaxes(self.normals[rows, 1:-1], 0, 1)
         nearest = np.argmin(self.state.clearance_m[:, rows], axis=0)  # (G', T)
         friction = self.world.friction[nearest[:, 1:-1]].T
-        price, wanted = self._asked(normals, rows)
-        cost = self.cost[:, rows] + price
+        cost, wanted = self._costs(rows)
         found = forces.explain(self.wrench, self._arms(rows), cost, normals, friction, start, wanted)
         every = np.zeros((*self.cost.shape, 3))
         every[:, rows] = found.forces
         return replace(found, forces=every)
 
-    def _asked(self, normals: Array, rows: IntArray) -> tuple[Array, Array | None]:
-        """What is asked of G' contacts: prices (n, G') that are added, and forces (n, G', 3) times these."""
-        asked = self.world.asked
+    def _costs(self, rows: IntArray | slice) -> tuple[Array, Array | None]:
+        """Prices (n, G') of contacts with what is asked of them, and forces (n, G', 3) times the latter."""
+        cost, asked = self.cost[:, rows], self.world.asked
         if asked is None:
-            return np.zeros((len(normals), len(rows))), None
+            return cost, None
         price = asked.price[rows, 1:-1].T / self.world.weight_N**2
-        return price, (price * asked.force_N[rows, 1:-1].T)[..., None] * normals
+        wanted = (price * asked.force_N[rows, 1:-1].T)[..., None]
+        return cost + price, wanted * np.swapaxes(self.normals[rows, 1:-1], 0, 1)
 
     def within(self, reach_m: float) -> IntArray:
         """Contacts that come so near to the scene at any time."""
@@ -170,8 +170,8 @@ class Motion:
 
     def loss(self, found: Explained) -> float:
         """Sum over frames."""
-        price, wanted = self._asked(np.swapaxes(self.normals[:, 1:-1], 0, 1), np.arange(len(self.normals)))
-        paid = np.sum((self.cost + price) * np.sum(found.forces**2, axis=2))
+        cost, wanted = self._costs(slice(None))
+        paid = np.sum(cost * np.sum(found.forces**2, axis=2))
         if wanted is not None:
             paid -= 2 * np.sum(wanted * found.forces)
         return 0.5 * float(np.sum(found.residual**2) + paid)
