@@ -114,8 +114,8 @@ def _gather(blocks: Array, nodes: Nodes, block: Array, first: int, k: int) -> No
         k: how far apart.
     """
     at = np.arange(first, first + len(block))
-    flat = block.reshape(len(block), -1) * (1.0 if k else 0.5)  # both triangles are added below
-    outer = (nodes.weights[at + k][:, :, None] * nodes.weights[at][:, None]).reshape(len(at), -1)
+    flat = block.reshape(len(block), FREE * FREE) * (1.0 if k else 0.5)  # both triangles are added below
+    outer = (nodes.weights[at + k][:, :, None] * nodes.weights[at][:, None]).reshape(len(at), ROWS**2)
     for late, early, rows in _runs(nodes, at, k):
         tied = (outer[rows].T @ flat[rows]).reshape(ROWS, ROWS, FREE, FREE)
         for i in range(ROWS):
