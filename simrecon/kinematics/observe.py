@@ -56,6 +56,13 @@ def by_point(evidence: Evidence, skeleton: Skeleton) -> Points:
     return Points(pixels, np.minimum(scores, 1.0), joints, np.minimum(known, 1.0))
 
 
+def size(evidence: Evidence, skeleton: Skeleton) -> float:
+    """Lengths of the skeleton in units of those of the 3D estimate, the median; 1 where none is known."""
+    measured, ours = bodies.measure(evidence), bodies.measure_template(skeleton)
+    ratios = [ours[key] / measured[key] for key in measured if key in ours]
+    return float(np.median(ratios)) if ratios else 1.0
+
+
 def observe(
     evidence: Evidence,
     skeleton: Skeleton,
@@ -84,8 +91,6 @@ def observe(
     root_weights = np.zeros(len(skeleton.point_names))
     root_weights[hips] = 0.5
     root = np.tensordot(root_weights, in_world, axes=1)  # (T, 3)
-    measured, ours = bodies.measure(evidence), bodies.measure_template(skeleton)
-    ratios = [ours[key] / measured[key] for key in measured if key in ours]
     use_image = bool(evidence.keypoint_names) and camera is not None
     gaussian = prior.gaussian(skeleton)
     focal = cameras.focal_px(camera.lens) if camera is not None else 1.0
@@ -104,7 +109,7 @@ def observe(
         ray_weights=points.scores if use_image else np.zeros_like(points.scores),
         ray_sigma=plan.keypoint_scale_px / focal,
         world_to_camera=cameras.extrinsics(camera) if use_image and camera is not None else None,
-        joints_m=(in_world - root) * (float(np.median(ratios)) if ratios and not worth.metric else 1.0),
+        joints_m=(in_world - root) * (1.0 if worth.metric else size(evidence, skeleton)),
         joint_weights=points.known * has_hips,
         place_m=root,
         place_weights=has_hips * (evidence.joints_frame != "camera_root_relative"),

@@ -11,7 +11,7 @@ from simrecon.kinematics import layout, terms, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.layout import Variables
 from simrecon.kinematics.objective import Objective
-from simrecon.kinematics.observe import by_point, observe
+from simrecon.kinematics.observe import by_point, observe, size
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.unscaled import Unscaled, unscaled
 from simrecon.optim import lbfgs
@@ -39,12 +39,17 @@ def resume(
         InputError: nothing in the evidence can be used.
     """
     worth = trust.of(evidence)
-    own = unscaled(fit, evidence, plan, worth) if lengths else None
+    measured = unscaled(fit, evidence, plan, worth)
+    own = measured if lengths else None
     if own is None:
         own = Unscaled(fit.body.skeleton, fit.body.primitives, SIZE_SIGMA, 0.0, 0.0, np.zeros(0))
     skeleton, plan = own.skeleton, terms.switched(trust.weighed(plan, worth))
     points, camera = by_point(evidence, skeleton), world.provisional(evidence)
     see = observe(evidence, skeleton, points, camera, plan, worth, own.size_sigma)
+    if measured is not None and not see.metric:
+        # lengths that the fit moved don't change how large it took the 3D estimate to be
+        large = size(evidence, measured.skeleton) * np.exp(measured.log_scale - own.log_scale)
+        see = replace(see, joints_m=see.joints_m * (large / size(evidence, skeleton)))
     see = world.observed(see, fit.world, fit.camera)
     root, base, rotvecs = layout.from_qpos(fit.qpos)
     contacts, free = contact_points(skeleton, own.primitives), len(own.lengths) > 0

@@ -50,8 +50,8 @@ def test_a_resumed_fit_stands_where_it_ended(fit: KinematicFit, seen: Evidence) 
     problem, variables = resume(fit, seen, SETTINGS.kinematics)
     objective = Objective(problem)
     objective(variables.pack())
-    for name in ("keypoint", "joint", "contact", "travel_rotation"):
-        assert objective.losses[name] == pytest.approx(fit.loss[name], rel=0.03, abs=0.05), name
+    for name in ("keypoint", "joint", "contact", "travel_rotation"):  # the 3D estimate is as large as it was
+        assert objective.losses[name] == pytest.approx(fit.loss[name], rel=0.004), name
 
 
 def test_wishes_that_hold_are_resumed_too(fit: KinematicFit, seen: Evidence) -> None:
