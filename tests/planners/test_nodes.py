@@ -55,9 +55,7 @@ def test_rotation_vectors_go_on_where_they_pass_half_a_turn() -> None:
     np.testing.assert_allclose(unwound(short)[0], angle[:, None] * axis, atol=1e-9)
 
 
-def _random(
-    frames: int, rng: np.random.Generator, last: int = 5
-) -> tuple[list[Curvature], Array, Variables]:
+def _random(frames: int, rng: np.random.Generator, last: int = 5) -> tuple[list[Curvature], Array, Variables]:
     """A curvature in two parts, with a border of the lean and five more, and the same as a matrix."""
     leans = layout.leans(frames, 1 / 30)
     shared, wide = 5 + leans.shape[1] * LEAN, 5 + LEAN
