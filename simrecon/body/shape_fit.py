@@ -23,12 +23,10 @@ def fit(
     height_m: float | None = None,
     mass_kg: float | None = None,
     shapes: ShapeSpace | None = None,
-    usual: Array | None = None,
-    sigma_length: float = SIGMA_LENGTH,
 ) -> Array:
     """The most probable shape for what is known of a person.
 
-    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β - β₀‖² over the known lengths, stature and mass (volume
+    Minimises Σ_l (log l(β) - log l)² / σ_l² + ‖β‖² over the known lengths, stature and mass (volume
     times density).
 
     Args:
@@ -36,21 +34,18 @@ def fit(
         height_m: stature, or None.
         mass_kg: of the whole body, or None.
         shapes: the shape space; that of simrecon if None.
-        usual: β₀ (B,), zeros if None.
-        sigma_length: σ_l, relative standard deviation of the lengths.
 
     Returns:
-        (B,) betas; `usual` where nothing is known.
+        (B,) betas; zeros where nothing is known.
     """
     shapes = shapes or space()
     names = [name for name in measure_template(template()) if name in lengths_m]
-    start = np.zeros(shapes.size) if usual is None else usual
     measured = np.log([lengths_m[name] for name in names])
 
     def residuals(betas: Array) -> Array:
         tree = skeleton(betas, shapes)
         ours = measure_template(tree)
-        terms = [(np.log([ours[name] for name in names]) - measured) / sigma_length, betas - start]
+        terms = [(np.log([ours[name] for name in names]) - measured) / SIGMA_LENGTH, betas]
         if height_m is not None:
             terms.append(np.array([np.log(stature_m(betas, shapes, tree) / height_m) / SIGMA_HEIGHT]))
         if mass_kg is not None:
@@ -59,8 +54,7 @@ def fit(
         return np.concatenate(terms)
 
     limit = 0.999 * BETA_MAX
-    solved = scipy.optimize.least_squares(
-        residuals, np.clip(start, -limit, limit), bounds=(-limit, limit), max_nfev=30
-    )
+    start = np.zeros(shapes.size)
+    solved = scipy.optimize.least_squares(residuals, start, bounds=(-limit, limit), max_nfev=30)
     betas: Array = solved.x
     return betas

@@ -87,7 +87,7 @@ def off_m(joints: Array, posed: segments.Segments, names: tuple[str, ...]) -> di
     }
 
 
-@pytest.mark.parametrize("scale", [1.0, 1.04, 0.95])
+@pytest.mark.parametrize("scale", [1.0, 1.08, 0.92])
 def test_mesh_of_the_users_model_is_the_person(
     file: Path, space: ShapeSpace, rng: np.random.Generator, scale: float
 ) -> None:
