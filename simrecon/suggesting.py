@@ -54,7 +54,7 @@ def suggestions(seen: Evidence, scene: Scene, person: Person) -> tuple[Kinematic
     if high:  # the floor of a fit that holds every foot to it is none of these heights
         return free, high
     held = kinematics.fit(clip, scene, weights, shape)
-    return held, suggest.suggest(held.body, scene, held.times_s, held.qpos)
+    return held, suggest.suggest(held.body, scene, held.times_s, held.qpos, least_m=UNSURE_LEAST_M)
 
 
 def on_lowest(fit: KinematicFit) -> KinematicFit:

@@ -84,18 +84,20 @@ _FIGURES = (
 )
 
 
-def table(before: tuple[Clip, Report], after: tuple[Clip, Report]) -> tuple[Row, ...]:
-    """The figures that are known of either of two results, A and B."""
+def table(before: tuple[Clip, Report] | None, after: tuple[Clip, Report]) -> tuple[Row, ...]:
+    """The figures that are known of either of two results, A and B; without an A, of B alone."""
     rows = []
     for figure in _FIGURES:
-        a, b = (_value(figure, *one) for one in (before, after))
+        a, b = (None if one is None else _value(figure, *one) for one in (before, after))
         if a is not None or b is not None:
             rows.append(Row(figure.name, a, b, figure.less_is_better))
     return tuple(rows)
 
 
 def verdict(rows: tuple[Row, ...]) -> str:
-    """How many figures got better, in words."""
+    """How many figures got better, in words; empty where there is nothing to compare with."""
+    if all(row.before is None for row in rows):
+        return ""
     better, worse = (sum(row.change == word for row in rows) for word in ("better", "worse"))
     return f"{better} better, {worse} worse"
 

@@ -165,12 +165,11 @@ class ScenePanel(Panel):
         self._take.visible = bool(needed.suggestions)
 
     def _take_all(self, _: Event) -> None:
-        if self._needed is None:
+        """All suggestions are items then, and the first of them is chosen."""
+        if self._needed is None or not self._needed.suggestions:
             return
-        name = ""
-        for one in self._needed.suggestions:
-            name = self.tab.document.put(one.item)
-        self.stage.choose(name)
+        names = [self.tab.document.put(one.item) for one in self._needed.suggestions]
+        self.stage.choose(names[0])
 
 
 class FloorPanel(Panel):

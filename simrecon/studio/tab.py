@@ -175,10 +175,11 @@ class Tab:
             return self.run
 
     def table(self) -> tuple[Row, ...]:
-        """A against B; empty without both."""
-        if self.before is None or self.after is None:
+        """A against B, or B alone where evidence has no A yet; empty without B."""
+        if self.after is None:
             return ()
-        return comparing.table((self.before.clip, self.before.report), (self.after.clip, self.after.report))
+        before = None if self.before is None else (self.before.clip, self.before.report)
+        return comparing.table(before, (self.after.clip, self.after.report))
 
     def keep(self, folder: Path | str) -> Result:
         """Put B where the user says; it is A then, from which further runs go on.

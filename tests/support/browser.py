@@ -102,10 +102,10 @@ class Page:
         """Run a script in the page."""
         return self.driver.execute_script(text, *values)
 
-    def open(self, address: str) -> None:
+    def open(self, address: str, seconds: float = 60.0) -> None:
         """Open a studio, and wait until it can be used."""
         self.driver.get(address)
-        self.until(self.is_usable, "a page that can be used")
+        self.until(self.is_usable, "a page that can be used", seconds)
 
     def is_usable(self) -> bool:
         """Whether panels, bar and view are there."""
@@ -135,6 +135,15 @@ class Page:
         )
         self.until(lambda: self.script(press, label), f"a button {label}")
 
+    def show(self, label: str) -> None:
+        """Scroll the panel to a button, once it is there."""
+        scroll = (
+            "const found = [...document.querySelectorAll('button')]"
+            ".find((b) => b.offsetParent && b.textContent.trim() === arguments[0]);"
+            "if (found) found.scrollIntoView({block: 'end'}); return !!found;"
+        )
+        self.until(lambda: self.script(scroll, label), f"a button {label}")
+
     def turn_to(self, label: str) -> None:
         """Turn to a tab of the panel."""
         find = (
@@ -142,6 +151,15 @@ class Page:
             ".find((b) => b.textContent.trim() === arguments[0]);"
         )
         self.until(lambda: self.script(find, label), f"a tab {label}").click()
+
+    def unfold(self, label: str) -> None:
+        """Open a folder of the panel."""
+        find = (
+            "return [...document.querySelectorAll('div')]"
+            ".find((one) => one.offsetParent && !one.querySelector('div') && "
+            "one.textContent.trim() === arguments[0]);"
+        )
+        self.until(lambda: self.script(find, label), f"a folder {label}").click()
 
     def fill(self, label: str, text: str, which: int = 0) -> None:
         """Write into a field; `which` of a vector's three."""
