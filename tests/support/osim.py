@@ -9,12 +9,18 @@ import mujoco
 import numpy as np
 
 from simrecon.exports.axes import TO_Y_UP
+from simrecon.exports.mot import OTHERS
 from simrecon.exports.view import ResultView
 from simrecon.geometry import rotations
 from simrecon.sim.models import compile_text
 from simrecon.types import Array, Body
 
-NAMES = {"left_ankle": "calcn_l", "right_ankle": "calcn_r"}
+NAMES = {
+    **{segment: name for segment, name in OTHERS.items() if name != "torso" or segment == "chest"},
+    "left_ankle": "calcn_l",
+    "right_ankle": "calcn_r",
+}
+"""Of the bodies that the exported forces act on."""
 AXES = ("rx", "ry", "rz")
 
 
