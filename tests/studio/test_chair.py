@@ -113,6 +113,6 @@ def test_the_chair_story_in_a_browser(
 def shoot(page: Page, studio: Any, path: Path) -> None:
     """A picture of the page, once it is drawn."""
     studio._wake()
-    time.sleep(2.0)
     page.dismiss()
+    time.sleep(2.0)
     page.shot(path)
