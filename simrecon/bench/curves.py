@@ -55,7 +55,7 @@ def of(result: Simulated, truth: Truth) -> Curves | None:
     else:
         force = truth.pushes.on(FEET) if truth.pushes is not None else np.zeros((0, 2, 3))
         times = motion.times_s[1:]
-    cutoff_hz = possible_hz(cutoff_hz, interval_s)
+    cutoff_hz = possible_hz(cutoff_hz, max(interval_s, float(np.median(np.diff(truth.times_s)))))
     columns = [motion.contact_body.index(foot) for foot in FEET]
     asked = (result.planned or result.kinematic or result.body).com_m
     implied = implied_grf(asked, mass_kg, interval_s)  # of frames 1 to T - 2

@@ -13,8 +13,10 @@ from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.cli.run import EXIT_FALLBACK
 from simrecon.errors import printable
+from simrecon.exports import view as views
 from simrecon.exports.view import RIGS
 from simrecon.io.messages import counted
+from simrecon.metrics.filters import possible_hz
 
 
 def add(commands: Any) -> None:
@@ -60,6 +62,12 @@ def _export(options: argparse.Namespace) -> int:
     asked |= {"cutoff_hz": options.cutoff, "body_model": options.body_model}
     for path in exports.export(result, formats, options.output, **asked):
         print(f"written  {printable(str(path))}")
+    if options.cutoff is not None:
+        rate_hz = 1.0 / views.interval_s(result, options.fps)
+        used_hz = possible_hz(options.cutoff, 1.0 / rate_hz)
+        if used_hz < options.cutoff:
+            allowed = f"{rate_hz:.3g} frames a second allow no more"
+            print(f"low-passed at {used_hz:.3g} Hz: {allowed}", file=sys.stderr)
     if options.of != "simulation":
         return 0
     if result.motion.is_planned:

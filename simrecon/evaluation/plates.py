@@ -35,7 +35,8 @@ def against_plates(
     known = at(times, truth_times_s, plates.known.astype(np.float64)) > 0.99  # (T,)
     feet = at(times, _middles(motion), _on_feet(motion))  # (T, 2, 3)
     scores = _whole(at(times, motion.times_s, motion.grf_N), measured.sum(1), mass_kg)
-    scores |= filtered(feet, measured, known, on.interval_s, plates.cutoff_hz, mass_kg)
+    cutoff_hz = possible_hz(plates.cutoff_hz, _slowest_s(motion, truth_times_s))
+    scores |= filtered(feet, measured, known, on.interval_s, cutoff_hz, mass_kg)
     if plates.centre_m is None:
         return scores
     centre = at(times, truth_times_s, np.nan_to_num(plates.centre_m))
@@ -63,7 +64,13 @@ def against_pushes(
     own = at(times, motion.times_s, motion.contact_force_N[:, _columns(motion)])
     known = np.ones(len(times), dtype=bool)
     scores = _whole(at(times, motion.times_s, motion.grf_N), whole, mass_kg)
-    return scores | filtered(own, feet, known, on.interval_s, CUTOFF_HZ, mass_kg)
+    cutoff_hz = possible_hz(CUTOFF_HZ, _slowest_s(motion, truth_times_s))
+    return scores | filtered(own, feet, known, on.interval_s, cutoff_hz, mass_kg)
+
+
+def _slowest_s(motion: Motion, truth_times_s: Array) -> float:
+    """The longer of the intervals between frames of a motion and of its reference."""
+    return max(float(np.median(np.diff(times_s))) for times_s in (motion.times_s, truth_times_s))
 
 
 def _whole(total: Array, measured: Array, mass_kg: float) -> Scores:

@@ -56,7 +56,8 @@ def export(
         fps: frame rate, Hz; that of the result if None.
         of: `simulation`, or `fit` for the kinematic fit.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
-        cutoff_hz: of a zero-lag low-pass filter that motion and forces go through alike; None: none.
+        cutoff_hz: of a zero-lag low-pass filter that motion and forces go through alike, at most
+            `metrics.filters.possible_hz` of the frame rate; None: none.
         body_model: where the body model is that the person's shape is of; None: where the job says. Files of
             SMPL's family need it, if there is one.
 

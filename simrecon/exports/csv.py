@@ -1,4 +1,4 @@
-"""Tables for spreadsheets: the motion, and the forces of the scene; names carry their unit.
+"""Tables for spreadsheets: motion, forces of the scene, moments and powers of joints; names carry their unit.
 
 World z up, metres, N; quaternions x y z w, as in the other tables of robots. One row a frame.
 """
@@ -9,13 +9,15 @@ import numpy as np
 
 from simrecon.exports import tables
 from simrecon.exports.view import ResultView
+from simrecon.metrics import filters
+from simrecon.replay.moments import CUTOFF_HZ
 from simrecon.types import Array
 
 XYZW = [1, 2, 3, 0]
 
 
 def write(view: ResultView) -> dict[str, bytes]:
-    """`motion.csv`, and `forces.csv` where the motion is as simulated, or as planned with forces."""
+    """`motion.csv`; `forces.csv` of a simulation, or a plan with forces; `moments.csv` of a simulation."""
     skeleton, count = view.body.skeleton, len(view.times_s)
     time = view.times_s - view.times_s[0]
     quats = view.qpos[:, 3:].reshape(count, -1, 4)[..., XYZW]
@@ -25,6 +27,8 @@ def write(view: ResultView) -> dict[str, bytes]:
     files = {"motion.csv": _table(names, [time, view.com_m, view.qpos[:, :3], quats, view.points_m])}
     if view.choices.of == "simulation" and view.choices.legs == 1.0 and view.result.motion.knows_forces:
         files["forces.csv"] = _forces(view, time)
+        if not view.result.motion.is_planned:
+            files["moments.csv"] = _moments(view, time)
     return files
 
 
@@ -42,6 +46,27 @@ def _forces(view: ResultView, time: Array) -> bytes:
         ):
             names += [f"{segment}_{word}_{axis}_{unit}" for axis in "xyz"]
             columns.append(values[:, row])
+    return _table(names, columns)
+
+
+def _moments(view: ResultView, time: Array) -> bytes:
+    """Moment and power of each joint, and what is left at the root, low-passed below what a column says."""
+    asked_hz = view.choices.cutoff_hz or CUTOFF_HZ
+    found = view.result.moments(filters.possible_hz(asked_hz, view.interval_s))
+
+    def shown(values: Array) -> Array:
+        """Rows (T, n) at the times that are exported."""
+        own = view.result.motion.times_s
+        return np.stack([np.interp(view.times_s, own, column) for column in values.T], axis=1)
+
+    names = ["time_s", "low_pass_Hz"]
+    columns = [time, np.full(len(time), found.cutoff_hz)]
+    for row, joint in enumerate(found.joints):
+        names += [f"{joint}_moment_{axis}_Nm" for axis in "xyz"] + [f"{joint}_power_W"]
+        columns += [shown(found.moment_Nm[:, row]), shown(found.power_W[:, [row]])]
+    for word, unit, values in (("force", "N", found.root_force_N), ("moment", "Nm", found.root_moment_Nm)):
+        names += [f"root_residual_{word}_{axis}_{unit}" for axis in "xyz"]
+        columns.append(shown(values))
     return _table(names, columns)
 
 

@@ -12,8 +12,7 @@ from simrecon.errors import InputError
 from simrecon.exports import contacts, legs, segments
 from simrecon.exports.forces import Forces, steps
 from simrecon.exports.segments import Segments
-from simrecon.geometry import rotations
-from simrecon.metrics.filters import low_pass
+from simrecon.metrics import filters
 from simrecon.results import Result, kinematic
 from simrecon.types import Array, Body, Flags
 
@@ -33,7 +32,8 @@ class Choices:
         of: `simulation`, or `fit`: the kinematic fit.
         rig: whose joint names a skeleton gets, one of `RIGS`.
         legs: length of the rig's legs over that of the person's; feet stay where they stand.
-        cutoff_hz: of a zero-lag low-pass filter for motion and forces alike; None: none.
+        cutoff_hz: of a zero-lag low-pass filter for motion and forces alike, brought down to what the frame
+            rate allows (`filters.possible_hz`) in a view; None: none.
         body_model: where the body model of the person's shape is; None: where the job says.
 
     Raises:
@@ -153,7 +153,10 @@ def of(result: Result, choices: Choices) -> ResultView:
     times_s = clock(motion.times_s, choices.fps)
     qpos = kinematic.on_clock(motion.times_s, own[:, : kinematic.coordinates(body)], times_s)
     if choices.cutoff_hz is not None:
-        qpos = smooth(qpos, times_s, choices.cutoff_hz)
+        frame_s = interval_s(result, choices.fps)
+        cutoff_hz = filters.possible_hz(choices.cutoff_hz, frame_s)
+        choices = replace(choices, cutoff_hz=cutoff_hz)
+        qpos = filters.low_passed_poses(qpos, frame_s, cutoff_hz)
     view = ResultView(result, choices, body, times_s, qpos)
     if choices.legs == 1.0:
         return view
@@ -162,19 +165,10 @@ def of(result: Result, choices: Choices) -> ResultView:
     return ResultView(result, choices, body, times_s, qpos)
 
 
-def smooth(qpos: Array, times_s: Array, cutoff_hz: float) -> Array:
-    """Configurations (G, nq) through a zero-lag low-pass filter (`metrics.filters.low_pass`).
-
-    Raises:
-        InputError: the frame rate does not allow the cut-off.
-    """
-    turns = qpos[:, 3:].reshape(len(qpos), -1, 4)
-    flips = np.where((turns[1:] * turns[:-1]).sum(axis=-1) < 0, -1.0, 1.0).cumprod(axis=0)
-    steady = turns * np.concatenate((np.ones_like(flips[:1]), flips))[..., None]
-    columns = np.concatenate((qpos[:, :3], steady.reshape(len(qpos), -1)), axis=1)
-    slow = low_pass(columns, float(times_s[1] - times_s[0]), cutoff_hz)
-    unit = rotations.canonical(slow[:, 3:].reshape(turns.shape))
-    return np.concatenate((slow[:, :3], unit.reshape(len(qpos), -1)), axis=1)
+def interval_s(result: Result, fps: float | None) -> float:
+    """Between the frames of a result's view at a frame rate, or at its own."""
+    times_s = clock(result.motion.times_s, fps)
+    return float(times_s[1] - times_s[0])
 
 
 def clock(times_s: Array, fps: float | None) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 
 from simrecon.errors import InputError
+from simrecon.geometry import rotations
 from simrecon.types import Array
 
 NYQUIST_SHARE = 0.8
@@ -42,3 +43,18 @@ def low_pass(values: Array, interval_s: float, cutoff_hz: float, order: int = 4)
     sections = scipy.signal.butter(passes, corner, output="sos")
     pad = min(len(values) - 1, round(1.0 / (cutoff_hz * interval_s)))
     return np.asarray(scipy.signal.sosfiltfilt(sections, values, axis=0, padlen=pad))
+
+
+def low_passed_poses(qpos: Array, interval_s: float, cutoff_hz: float) -> Array:
+    """Places of the root and quaternions (T, nq) of a person through `low_pass`, the quaternions unit again.
+
+    Raises:
+        InputError: the frame rate does not allow the cut-off.
+    """
+    turns = qpos[:, 3:].reshape(len(qpos), -1, 4)
+    flips = np.where((turns[1:] * turns[:-1]).sum(axis=-1) < 0, -1.0, 1.0).cumprod(axis=0)
+    steady = turns * np.concatenate((np.ones_like(flips[:1]), flips))[..., None]
+    columns = np.concatenate((qpos[:, :3], steady.reshape(len(qpos), -1)), axis=1)
+    slow = low_pass(columns, interval_s, cutoff_hz)
+    unit = rotations.canonical(slow[:, 3:].reshape(turns.shape))
+    return np.concatenate((slow[:, :3], unit.reshape(len(qpos), -1)), axis=1)

@@ -36,7 +36,7 @@ EXPORTS = {
     "holosoma": ("holosoma.npz",),
     "locomujoco": ("locomujoco.npz", "locomujoco.xml"),
     "mjcf": ("hinges.npz", "hinges.xml"),
-    "csv": ("motion.csv", "forces.csv"),
+    "csv": ("motion.csv", "forces.csv", "moments.csv"),
     "usd": ("motion.usd",),
 }
 """Formats of `simrecon.exports`, and the files of each in `EXPORT`."""

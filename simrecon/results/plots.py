@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from simrecon.errors import InputError
 from simrecon.geometry import rotations
 from simrecon.io.messages import hint
 from simrecon.replay import SIMULATED
+from simrecon.replay.moments import Moments
 from simrecon.system import extras
 from simrecon.types import Array, Body, Motion
 
@@ -28,9 +29,9 @@ def rotation_vectors(body: Body, qpos: Array) -> Mapping[str, Array]:
 class Plots:
     """`result.plot`: each call draws one figure and returns its axes."""
 
-    def __init__(self, motion: Motion, body: Body) -> None:
-        """Hold what is drawn."""
-        self._motion, self._body = motion, body
+    def __init__(self, motion: Motion, body: Body, moments: Callable[[], Moments]) -> None:
+        """Hold what is drawn, and what makes the moments."""
+        self._motion, self._body, self._moments = motion, body, moments
 
     def forces(self, axes: Any = None) -> Any:
         """Vertical forces of the scene on each foot and on the whole person, percent of body weight.
@@ -94,10 +95,7 @@ class Plots:
             InputError: there is no such joint, or matplotlib is not installed.
         """
         known = rotation_vectors(self._body, self._motion.qpos)
-        for joint in joints:
-            if joint not in known:
-                valid = ", ".join(known)
-                raise InputError(f"joints: found {joint!r}{hint(joint, list(known))}; valid: {valid}")
+        _check(joints, known)
         axes = _axes(axes)
         for joint in joints:
             for letter, column in zip(AXES, known[joint].T, strict=True):
@@ -108,9 +106,35 @@ class Plots:
         axes.legend()
         return axes
 
+    def moments(self, joints: Sequence[str] = ("left_knee", "right_knee"), axes: Any = None) -> Any:
+        """Joint moments, N m: components x, y, z of that of the upper segment on the lower one (`Moments`).
+
+        Args:
+            joints: as of `angles`.
+            axes: as of `forces`.
+
+        Raises:
+            InputError: there is no such joint, nothing was simulated, or matplotlib is not installed.
+        """
+        _check(joints, self._body.skeleton.names[1:])
+        found, axes = self._moments(), _axes(axes)
+        for joint in joints:
+            for letter, column in zip(AXES, found.moment_Nm[:, found.joints.index(joint)].T, strict=True):
+                axes.plot(self._motion.times_s, column, label=f"{joint.replace('_', ' ')} {letter}")
+        axes.set(xlabel="time, s", ylabel=f"moment below {found.cutoff_hz:.3g} Hz, N m")
+        axes.legend()
+        return axes
+
     def _of_segment(self, segment: str) -> list[int]:
         own = {part.name for part in self._body.primitives if part.segment == segment}
         return [row for row, part in enumerate(self._motion.contact_body) if part in own]
+
+
+def _check(joints: Sequence[str], known: Collection[str]) -> None:
+    for joint in joints:
+        if joint not in known:
+            valid = ", ".join(known)
+            raise InputError(f"joints: found {joint!r}{hint(joint, list(known))}; valid: {valid}")
 
 
 def _axes(axes: Any) -> Any:

@@ -19,6 +19,8 @@ from simrecon.drawing import overlay
 from simrecon.errors import InputError
 from simrecon.job import Job
 from simrecon.plan import Plan
+from simrecon.replay import moments
+from simrecon.replay.moments import Moments
 from simrecon.results import folder as folders
 from simrecon.results import motion_file, plots, report_file
 from simrecon.results.plots import Plots
@@ -114,6 +116,17 @@ class Result:
         where = f"{self.folder / folders.REPORT}: plan"
         return replace(plans.build(self.report["plan"], where), name=self.report["plan_name"])
 
+    def moments(self, cutoff_hz: float = moments.CUTOFF_HZ) -> Moments:
+        """Joint moments and powers at the frames, by inverse dynamics of the filtered motion and forces.
+
+        Args:
+            cutoff_hz: of a zero-lag low-pass filter; at most 0.8 of half the frame rate is used.
+
+        Raises:
+            InputError: nothing was simulated.
+        """
+        return moments.moments(self.model, self.body, self.motion, cutoff_hz)
+
     def animation(self, style: str = "skin") -> overlay.Animation:
         """What is drawn of the motion, in a style of `clothed.STYLES`: the body in its scene, with forces."""
         skin = clothed.skin(self.body) if style == "skin" else None
@@ -121,8 +134,8 @@ class Result:
 
     @cached_property
     def plot(self) -> Plots:
-        """Curves over time: `plot.forces()`, `plot.contacts()`, `plot.angles()` (extra `plot`)."""
-        return Plots(self.motion, self.body)
+        """Curves over time: `plot.forces()`, `.contacts()`, `.angles()`, `.moments()` (extra `plot`)."""
+        return Plots(self.motion, self.body, self.moments)
 
     def to_pandas(self) -> Any:
         """The motion as a pandas `DataFrame` (extra `plot`), one row a frame, times in s as the index.

@@ -43,6 +43,7 @@ def make(result: Result, rows: IntArray) -> dict[str, Any]:
         "contacts": _contacts(result),
         "forces": _pushes(motion, rows),
         **_joints(result, rows),
+        **_moments(result, rows),
     }
 
 
@@ -112,4 +113,25 @@ def _joints(result: Result, rows: IntArray) -> dict[str, Any]:
         "axes": list(AXES),
         "angles_deg": rounded(np.degrees(np.moveaxis(turns, 0, -1)), 1),
         "torques_Nm": torques.tolist(),
+    }
+
+
+def _moments(result: Result, rows: IntArray) -> dict[str, Any]:
+    """Moments (J, 3, F) and powers (J, F) of the joints, and the cut-off of their filter; none of a plan."""
+    if result.motion.is_planned or not len(result.motion.ctrl):
+        return {"moments_Nm": None, "powers_W": None, "low_pass_Hz": None}
+    found = result.moments()
+
+    def shown(values: Array, digits: int) -> list[Any]:
+        """Joints first, frames last; None where nothing is simulated."""
+        own = np.moveaxis(np.round(values[rows], digits), 0, -1)
+        listed = own.astype(object)
+        listed[~np.isfinite(own)] = None
+        plain: list[Any] = listed.tolist()
+        return plain
+
+    return {
+        "moments_Nm": shown(found.moment_Nm, 1),
+        "powers_W": shown(found.power_W, 0),
+        "low_pass_Hz": round(found.cutoff_hz, 1),
     }

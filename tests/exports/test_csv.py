@@ -21,7 +21,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 
 
 def test_tables_hold_the_motion_and_its_forces(finished: Path, view: ResultView, tmp_path: Path) -> None:
-    motion, forces = (read(path) for path in exports.export(finished, ("csv",), tmp_path))
+    motion, forces, moments = (read(path) for path in exports.export(finished, ("csv",), tmp_path))
     np.testing.assert_allclose(motion["time_s"], forces["time_s"])
     np.testing.assert_allclose(motion["root_z_m"], view.qpos[:, 2], atol=1e-6)
     quats = np.stack([motion[f"pelvis_q{axis}"] for axis in "xyzw"], axis=1)
@@ -31,6 +31,18 @@ def test_tables_hold_the_motion_and_its_forces(finished: Path, view: ResultView,
     upward = sum(values for name, values in forces.items() if name.endswith("_force_z_N"))
     assert np.mean(upward) == pytest.approx(9.81 * view.body.mass_kg, rel=0.3)
     assert not any(name.startswith("head_") for name in forces)
+    found = view.result.moments()
+    knee = found.joints.index("left_knee")
+    own = np.interp(view.times_s, view.result.motion.times_s, found.moment_Nm[:, knee, 1])
+    np.testing.assert_allclose(moments["left_knee_moment_y_Nm"], own, atol=1e-3)
+    power = np.interp(view.times_s, view.result.motion.times_s, found.power_W[:, knee])
+    np.testing.assert_allclose(moments["left_knee_power_W"], power, atol=1e-2)
+    assert set(moments["low_pass_Hz"]) == {round(found.cutoff_hz, 6)}
+
+
+def test_a_cutoff_is_brought_below_half_the_frame_rate(finished: Path, tmp_path: Path) -> None:
+    exports.export(finished, ("csv",), tmp_path, fps=30.0, cutoff_hz=40.0)
+    assert set(read(tmp_path / "moments.csv")["low_pass_Hz"]) == {12.0}
 
 
 def test_a_fit_has_no_table_of_forces(finished: Path, tmp_path: Path) -> None:

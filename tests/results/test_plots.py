@@ -49,6 +49,16 @@ def test_contacts_are_bars_of_what_is_pushed(plot: Any) -> None:
     assert len(axes.collections) == 2
 
 
+def test_moments_of_chosen_joints_say_their_filter(plot: Any, finished: Result) -> None:
+    axes = plot.moments(["left_knee"])
+    found = finished.moments()
+    own = found.moment_Nm[:, found.joints.index("left_knee"), 1]
+    np.testing.assert_allclose(axes.lines[1].get_ydata(), own)
+    assert f"below {found.cutoff_hz:.3g} Hz" in axes.get_ylabel()
+    with pytest.raises(InputError, match="joints: found 'pelvis'"):
+        finished.plot.moments(["pelvis"])
+
+
 def test_angles_of_chosen_joints(plot: Any, finished: Result) -> None:
     axes = plot.angles(["left_knee"])
     assert [line.get_label() for line in axes.lines] == [f"left knee {axis}" for axis in "xyz"]

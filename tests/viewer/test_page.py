@@ -73,6 +73,13 @@ def test_curves_are_those_of_the_result(made: Result, text: str) -> None:
     )
 
 
+def test_moments_and_powers_are_those_of_the_result(made: Result, text: str) -> None:
+    shown, found = told(text)["curves"], made.moments()
+    np.testing.assert_allclose(np.array(shown["moments_Nm"]), np.moveaxis(found.moment_Nm, 0, -1), atol=0.051)
+    np.testing.assert_allclose(np.array(shown["powers_W"]), found.power_W.T, atol=0.51)
+    assert shown["low_pass_Hz"] == pytest.approx(found.cutoff_hz, abs=0.06)
+
+
 def test_angles_are_those_of_the_joints(made: Result) -> None:
     """A knee of the squat is bent by what the pose says, about its own axis alone."""
     shown = curves.make(made, np.arange(len(made.motion.times_s)))
