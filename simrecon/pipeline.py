@@ -108,6 +108,7 @@ def reconstruct(evidence: Evidence, scene: Scene, plan: Plan, setup: Setup = DEF
     marks.append(time.perf_counter())
     show = partial(replay.record, windows=solved) if simulates else partial(replay.plan, reference=reference)
     motion, audit = show(problem, fit, times_s=evidence.times_s, grid=grid)
+    motion = replay.banded(motion, problem, fit, reference, solved, grid)
     marks.append(time.perf_counter())
     seconds = dict(zip(("kinematics", "simulation", "record"), np.diff(marks).tolist(), strict=True))
     seconds["simulation"] += earlier_s

@@ -23,9 +23,9 @@ from simrecon.engines.problem import Problem
 from simrecon.errors import InputError
 from simrecon.io import atomic, npz
 from simrecon.io.limits import MISFITS
-from simrecon.types import Effort, Handover, Window, WindowResult, WindowStatus
+from simrecon.types import Effort, Handover, Spread, Window, WindowResult, WindowStatus
 
-SCHEMA = "simrecon.checkpoint/3"
+SCHEMA = "simrecon.checkpoint/4"
 
 
 class Store(Protocol):
@@ -119,7 +119,7 @@ def digest(problem: Problem, handover: Handover, seed: int, identity: str = "") 
     return digester.hexdigest()
 
 
-_OWN_FORM = ("window", "loss_terms", "status", "effort", "handover")
+_OWN_FORM = ("window", "loss_terms", "status", "effort", "handover", "spread")
 _PLAIN = tuple(item.name for item in dataclasses.fields(WindowResult) if item.name not in _OWN_FORM)
 """Fields of a result that are arrays or numbers."""
 
@@ -138,6 +138,8 @@ def _bytes(digest: str, result: WindowResult) -> bytes:
         "knots_rad": result.handover.knots_rad,
         "first_knot": result.handover.first,
     }
+    if result.spread is not None:
+        arrays |= {"spread_N": result.spread.force_N, "touch": result.spread.touch}
     return atomic.npz_bytes(arrays | {name: np.asarray(getattr(result, name)) for name in _PLAIN})
 
 
@@ -157,6 +159,7 @@ def _read(path: Path, digest: str, window: Window) -> WindowResult | None:
             status=WindowStatus[str(arrays["status"])],
             effort=Effort(*(int(value) for value in arrays["effort"])),
             handover=Handover(arrays["state"], arrays["knots_rad"], int(arrays["first_knot"])),
+            spread=Spread(arrays["spread_N"], arrays["touch"]) if "spread_N" in arrays else None,
             **plain,
         )
     except (InputError, *MISFITS):

@@ -18,7 +18,8 @@ from simrecon.types import Motion, Report, Scene
 
 BY_FRAME = (
     "times_s", "frame_step", "status", "qpos", "qvel", "joints_m", "com_m", "torque_Nm", "contact_force_N",
-    "contact_point_m", "contact_slip_mps", "grf_N", "kinematic_qpos", "planned_qpos",
+    "contact_point_m", "contact_slip_mps", "grf_N", "kinematic_qpos", "planned_qpos", "band_joints_m",
+    "band_grf_N", "band_feet_N", "contact_probability",
 )  # fmt: skip
 """Arrays of a motion with a row for each frame."""
 

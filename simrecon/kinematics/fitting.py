@@ -19,6 +19,7 @@ from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.observe import by_point, observe
 from simrecon.kinematics.problem import Problem
 from simrecon.kinematics.result import result
+from simrecon.kinematics.spread import spread
 from simrecon.kinematics.start import start
 from simrecon.plan import Kinematics
 from simrecon.system import blas
@@ -51,7 +52,9 @@ def fit(
         InputError: nothing in the evidence can be used, no such shape, or bones that are not those measured.
     """
     brief = replace(plan, evaluations=min(plan.evaluations, LENS_EVALUATIONS))
-    evidence = lens.estimated(evidence, lambda tried: _fitted(tried, scene, brief, request, ()))
+    evidence = lens.estimated(
+        evidence, lambda tried: _fitted(tried, scene, brief, request, (), spreads=False)
+    )
     fitted = _fitted(evidence, scene, plan, request, asked)
     if (height_m := falling.stature_m(evidence, fitted)) is None:
         return fitted
@@ -64,6 +67,8 @@ def _fitted(
     plan: Kinematics,
     request: bodies.ShapeRequest | None,
     asked: Sequence[ContactWish],
+    *,
+    spreads: bool = True,
 ) -> KinematicFit:
     """The fit through a lens that is known, or taken for known."""
     worth = trust.of(evidence)
@@ -107,7 +112,8 @@ def _fitted(
     fitted = result(evidence, camera, problem, variables, shape, distribution, iterations)
     fitted = replace(fitted, wished=targets)
     bones.check(evidence, fitted.body.skeleton)
-    return replace(fitted, world=transform)
+    wide = spread(problem, variables, camera) if spreads and plan.poses else None
+    return replace(fitted, world=transform, spread_m=wide)
 
 
 def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:

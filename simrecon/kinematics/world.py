@@ -71,7 +71,9 @@ def placed(fit: KinematicFit, camera: Camera | None) -> KinematicFit:
     qpos[:, :3] = qpos[:, :3] @ move[:3, :3].T + move[:3, 3]
     qpos[:, 3:7] = rotations.canonical(rotations.multiply(turn, qpos[:, 3:7]))
     com = fit.com_m @ move[:3, :3].T + move[:3, 3]
-    return replace(fit, qpos=qpos, com_m=com, camera=moved(fit.camera, move), world=move @ fit.world)
+    return replace(
+        fit, qpos=qpos, com_m=com, camera=moved(fit.camera, move), world=move @ fit.world, spread_m=None
+    )
 
 
 def in_world(camera: Camera | None, points_m: Array) -> Array:

@@ -58,6 +58,7 @@ class Optimiser:
     tol_loss: float = number(0.0)
     tol_loss_absolute: float = number(0.0, default=0.0)
     tol_sigma: float = number(0.0)
+    draws: int = number(0, 10_000, default=0)
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,12 @@
 
 recording.record ─► trace.replay (every step) ─► frames ─► Motion, Audit
 unsimulated.plan: the motion of a plan, where nothing is simulated
+bands.banded: the motion with 90 % bands of pose and force
 """
 
 from __future__ import annotations
 
+from simrecon.replay.bands import banded
 from simrecon.replay.recording import Audit, record
 from simrecon.replay.trace import Gaps, gaps_of, mean_since
 from simrecon.replay.unsimulated import plan
@@ -18,6 +20,7 @@ __all__ = [
     "SIMULATED",
     "Audit",
     "Gaps",
+    "banded",
     "gaps_of",
     "mean_since",
     "plan",

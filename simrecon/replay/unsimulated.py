@@ -6,15 +6,13 @@ import numpy as np
 
 from simrecon.engines import feedforward
 from simrecon.engines.problem import Problem
+from simrecon.replay.planned import loads
 from simrecon.replay.recording import Audit, depth_mm, geometry
 from simrecon.sim.address import with_items_at_rest
 from simrecon.sim.poses import differentiate
 from simrecon.sim.state import initial_state
 from simrecon.types import Array, IntArray, KinematicFit, Motion, Reference
 from simrecon.types.motion import NO_STEP, PLANNED
-
-LEAST_N = 1.0
-"""A part that bears less has no centre of pressure: the forces of a plan are never quite zero."""
 
 
 def plan(
@@ -64,27 +62,3 @@ def plan(
         planned_qpos=None if np.array_equal(fitted, problem.qpos) else qpos,
     )
     return motion, Audit(None, None, None, None, mean_mm, max_mm)
-
-
-def loads(reference: Reference, parts: tuple[str, ...]) -> tuple[Array, Array]:
-    """Force on each primitive and its place, (T, C, 3) each, of a plan with forces on points of them.
-
-    The place is the mean of the points by the size of their forces; NaN where the primitive bears nothing.
-
-    Args:
-        reference: the plan.
-        parts: C names of primitives.
-    """
-    force = np.zeros((len(reference.times_s), len(parts), 3))
-    centre = np.full_like(force, np.nan)
-    if reference.contact_force_N is None or reference.contact_place_m is None:
-        return force, centre
-    size = np.linalg.norm(reference.contact_force_N, axis=-1, keepdims=True)  # (T, P, 1)
-    weight, moment = np.zeros((*force.shape[:2], 1)), np.zeros_like(force)
-    for point, part in enumerate(reference.contact_parts):
-        column = parts.index(part)
-        force[:, column] += reference.contact_force_N[:, point]
-        weight[:, column] += size[:, point]
-        moment[:, column] += size[:, point] * reference.contact_place_m[:, point]
-    np.divide(moment, weight, out=centre, where=weight > LEAST_N)
-    return force, centre

@@ -104,7 +104,19 @@ def read(folder: Path | str) -> Motion:
         restart_step=restart_step,
         restart_state=restart_state,
         **before,
+        **_bands(arrays),
     )
+
+
+def _bands(arrays: Arrays) -> dict[str, Array]:
+    """Bands and probabilities, those that are there."""
+    shapes: dict[str, tuple[str | int, ...]] = {
+        "band_joints_m": ("T", "K", 3, 2),
+        "band_grf_N": ("T", 3, 2),
+        "band_feet_N": ("T", 2, 3, 2),
+        "contact_probability": ("T", "C"),
+    }
+    return {key: arrays.floats(key, shape) for key, shape in shapes.items() if key in arrays}
 
 
 def _restarts(arrays: Arrays, steps: int, size: int) -> tuple[IntArray | None, Array | None]:

@@ -36,6 +36,8 @@ class Plots:
     def forces(self, axes: Any = None) -> Any:
         """Vertical forces of the scene on each foot and on the whole person, percent of body weight.
 
+        With their 90 % bands (`Motion.band_feet_N`, `band_grf_N`), where the motion has any.
+
         Args:
             axes: matplotlib's, to draw on; None: of a new figure.
 
@@ -44,6 +46,11 @@ class Plots:
         """
         axes = _axes(axes)
         motion, share = self._motion, 100.0 / (GRAVITY_MPS2 * self._body.mass_kg)
+        if motion.band_feet_N is not None and motion.band_grf_N is not None:
+            bands = (*np.moveaxis(motion.band_feet_N, 1, 0), motion.band_grf_N)
+            for band, colour in zip(bands, ("C0", "C1", "k"), strict=True):
+                low, high = share * band[:, 2].T
+                axes.fill_between(motion.times_s, low, high, color=colour, alpha=0.15, lw=0)
         for side in ("left", "right"):
             columns = self._of_segment(f"{side}_ankle")
             axes.plot(

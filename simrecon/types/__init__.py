@@ -16,7 +16,7 @@ from simrecon.types.frozen import FrozenMap, frozen
 from simrecon.types.motion import Motion, Report
 from simrecon.types.reference import KinematicFit, Reference
 from simrecon.types.scene import Friction, Ground, Scene, SceneItem, Value
-from simrecon.types.window import Effort, Handover, Window, WindowResult, WindowStatus
+from simrecon.types.window import Effort, Handover, Spread, Window, WindowResult, WindowStatus
 
 __all__ = [
     "Array",
@@ -44,6 +44,7 @@ __all__ = [
     "Scene",
     "SceneItem",
     "Skeleton",
+    "Spread",
     "Value",
     "Window",
     "WindowResult",

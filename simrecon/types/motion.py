@@ -23,6 +23,7 @@ class Motion:
     `kinematic_qpos` (T, nq) is the kinematic fit; None in results of earlier versions. `planned_qpos` (T, nq)
     is what a planner made of it for the simulation to follow; None where that is the fit. `restart_step` (R,)
     and `restart_state` (R, nstate) are where the simulation began anew after a gap; None without gaps.
+    `band_*` and `contact_probability` are 90 % bands (docs/studies/bands.md); None where they are not known.
     """
 
     times_s: Array
@@ -45,6 +46,10 @@ class Motion:
     planned_qpos: Array | None = None
     restart_step: IntArray | None = None
     restart_state: Array | None = None
+    band_joints_m: Array | None = None
+    band_grf_N: Array | None = None
+    band_feet_N: Array | None = None
+    contact_probability: Array | None = None
 
     @property
     def kept(self) -> NDArray[np.bool_]:

@@ -32,6 +32,8 @@ class KinematicFit:
             where nobody looked.
         wished: what the user wishes of the contacts, or None.
         world: (4, 4) rigid transform from the world of the evidence to that of `scene`.
+        spread_m: (2, T, M, 3) standard deviations of the body's points by the fit's curvature, across the
+            line of sight and along it, without a factor (`models/evidence/bands.toml`); None: not known.
     """
 
     body: Body
@@ -47,6 +49,7 @@ class KinematicFit:
     contacts: ContactLabels | None = None
     wished: ContactTargets | None = None
     world: Array = field(default_factory=lambda: np.eye(4))
+    spread_m: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

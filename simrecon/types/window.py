@@ -69,6 +69,20 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
+class Spread:
+    """How else the scene might push, over rollouts about the end of a search, weighted by their loss.
+
+    Attributes:
+        force_N: (F, 3, 3) standard deviation of the force on left foot, right foot and whole person, at the
+            frames after the window's first one up to the last that is kept; means since the frame before.
+        touch: (F, C) share of the rollouts in which each geom of the person is pushed.
+    """
+
+    force_N: Array
+    touch: Array
+
+
+@dataclass(frozen=True, eq=False)
 class WindowResult:
     """One solved window.
 
@@ -84,6 +98,7 @@ class WindowResult:
         handover: to the next window.
         gap_from: index of the first of the windows before it that could not be simulated, so that it begins
             at the kinematic fit; -1: there are none.
+        spread: of forces and contacts; None: the plan asks for none, or nothing stayed finite.
     """
 
     window: Window
@@ -101,6 +116,7 @@ class WindowResult:
     effort: Effort
     handover: Handover
     gap_from: int = -1
+    spread: Spread | None = None
 
     @property
     def begins_anew(self) -> bool:

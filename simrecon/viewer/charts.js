@@ -76,7 +76,7 @@ const SimreconCharts = (() => {
 
     range() {
       let low = this.zero ? 0 : Infinity, high = this.zero ? 0 : -Infinity;
-      for (const line of this.series) [low, high] = span(line.values, low, high);
+      for (const line of this.series) for (const values of [line.values, ...(line.band || [])]) [low, high] = span(values, low, high);
       for (const line of this.lines) high = Math.max(high, line.value);
       const least = this.least || 1e-3, slack = Math.max(0.06 * (high - low), (least - (high - low)) / 2);
       return [low < 0 || !this.zero ? low - slack : low, high + slack];
@@ -124,9 +124,25 @@ const SimreconCharts = (() => {
       for (const line of this.series) {
         let path = "";
         line.values.forEach((value, i) => { if (value !== null) path += `${path ? "L" : "M"}${this.charts.x(times[i]).toFixed(1)} ${y(value).toFixed(1)}`; });
+        if (line.band) this.svg.append(make("path", { class: `area ${line.class}`, d: this.between(line.band, y) }));
         if (line.filled) this.svg.append(make("path", { class: `area ${line.class}`, d: `${path}L${this.charts.x(times.at(-1)).toFixed(1)} ${y(0)}L${this.charts.x(times[0]).toFixed(1)} ${y(0)}Z` }));
         this.svg.append(make("path", { class: `curve ${line.class}`, d: path }));
       }
+    }
+
+    // The area between two curves, one piece for each run of frames in which both are known.
+    between([lows, highs], y) {
+      let path = "";
+      const point = (values, i) => `${this.charts.x(this.charts.times[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`;
+      for (let from = 0; from < lows.length; from++) {
+        if (lows[from] === null || highs[from] === null) continue;
+        let to = from;
+        while (to + 1 < lows.length && lows[to + 1] !== null && highs[to + 1] !== null) to++;
+        const frames = Array.from({ length: to - from + 1 }, (_, i) => from + i);
+        path += `M${[...frames.map(i => point(highs, i)), ...frames.reverse().map(i => point(lows, i))].join("L")}Z`;
+        from = to;
+      }
+      return path;
     }
 
     drawBars() {

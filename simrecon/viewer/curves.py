@@ -37,6 +37,7 @@ def make(result: Result, rows: IntArray) -> dict[str, Any]:
             name: rounded(forces(motion)[rows, motion.contact_body.index(name), 2], 0) for name in FEET
         },
         "grf_N": rounded(forces(motion)[rows].sum(axis=1)[:, 2], 0),
+        "bands_N": _bands(motion, rows),
         "com_m": rounded(motion.com_m[rows] @ TO_Y_UP.T, 4),
         "root_height_m": rounded(motion.qpos[rows, 2], 4),
         "root_speed_mps": rounded(np.linalg.norm(motion.qvel[rows, :3], axis=1), 3),
@@ -70,6 +71,24 @@ def _pushes(motion: Motion, rows: IntArray) -> dict[str, Any]:
         "force_N": rounded(force_N[:, touched] @ TO_Y_UP.T, 0),
         "place_m": rounded(place_m, 3),
     }
+
+
+def _bands(motion: Motion, rows: IntArray) -> dict[str, Any] | None:
+    """90 % bands of the vertical forces (2, F): low and high end; None where they are not known."""
+    if motion.band_feet_N is None or motion.band_grf_N is None:
+        return None
+    left, right = np.moveaxis(motion.band_feet_N[rows][:, :, 2], 1, 0)  # (F, 2) each
+    bands = {FEET[0]: left, FEET[1]: right, "all": motion.band_grf_N[rows, 2]}
+    return {name: _known(band, 0) for name, band in bands.items()}
+
+
+def _known(values: Array, digits: int) -> list[Any]:
+    """Values (F, ...) for JSON, frames last; None where they are not finite."""
+    own = np.moveaxis(np.round(values, digits), 0, -1)
+    listed = own.astype(object)
+    listed[~np.isfinite(own)] = None
+    plain: list[Any] = listed.tolist()
+    return plain
 
 
 def _contacts(result: Result) -> list[dict[str, Any]]:
@@ -121,17 +140,8 @@ def _moments(result: Result, rows: IntArray) -> dict[str, Any]:
     if result.motion.is_planned or not len(result.motion.ctrl):
         return {"moments_Nm": None, "powers_W": None, "low_pass_Hz": None}
     found = result.moments()
-
-    def shown(values: Array, digits: int) -> list[Any]:
-        """Joints first, frames last; None where nothing is simulated."""
-        own = np.moveaxis(np.round(values[rows], digits), 0, -1)
-        listed = own.astype(object)
-        listed[~np.isfinite(own)] = None
-        plain: list[Any] = listed.tolist()
-        return plain
-
     return {
-        "moments_Nm": shown(found.moment_Nm, 1),
-        "powers_W": shown(found.power_W, 0),
+        "moments_Nm": _known(found.moment_Nm[rows], 1),
+        "powers_W": _known(found.power_W[rows], 0),
         "low_pass_Hz": round(found.cutoff_hz, 1),
     }

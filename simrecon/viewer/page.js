@@ -92,11 +92,12 @@
 
   function prepareCharts() {
     charts = new Charts($("charts"), curves, seek);
-    charts.add({ title: "Vertical force", unit: "N", height: 130, digits: 0, least: 100,
+    const bands = curves.bands_N || {};
+    charts.add({ title: "Vertical force", unit: curves.bands_N ? "N, and 90 % bands" : "N", height: 130, digits: 0, least: 100,
       lines: [{ value: curves.weight_N, label: "body weight" }], series: [
-        { label: "all", class: "c-sum", values: curves.grf_N },
-        { label: "left foot", class: "c-left", values: curves.feet_N.left_foot, filled: true },
-        { label: "right foot", class: "c-right", values: curves.feet_N.right_foot, filled: true }] });
+        { label: "all", class: "c-sum", values: curves.grf_N, band: bands.all },
+        { label: "left foot", class: "c-left", values: curves.feet_N.left_foot, band: bands.left_foot, filled: !bands.left_foot },
+        { label: "right foot", class: "c-right", values: curves.feet_N.right_foot, band: bands.right_foot, filled: !bands.right_foot }] });
     const bars = curves.contacts.map(part => ({ label: short(part.part), class: side(part.part), spans: part.spans_s }));
     charts.add({ title: "Contact", height: Math.max(18 * bars.length + 6, 24), bars });
     charts.add({ title: "Root height", unit: "m", height: 84, zero: false, least: 0.1, series: [{ label: "pelvis", class: "c-third", values: curves.root_height_m }] });

@@ -96,3 +96,11 @@ def test_no_direction_is_sampled_beyond_sigma() -> None:
     deviations = np.sqrt(np.linalg.eigvalsh(root @ root))
     assert deviations.max() == pytest.approx(0.2, rel=1e-6)
     assert deviations.min() < 1e-3
+
+
+def test_samples_have_the_covariance_of_the_root() -> None:
+    jacobian = RNG.normal(size=(6, 20))
+    quadratic = Quadratic(jacobian @ jacobian.T, np.zeros(6))
+    root = quadratic.root_covariance(rise=2.0, sigma=0.5)
+    factor = quadratic.samples(2.0, 0.5, np.eye(6))
+    np.testing.assert_allclose(factor.T @ factor, root @ root, rtol=1e-9, atol=1e-14)

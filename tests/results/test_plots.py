@@ -39,6 +39,15 @@ def test_forces_are_percent_of_body_weight(plot: Any, finished: Result) -> None:
     assert "body weight" in axes.get_ylabel()
 
 
+def test_forces_have_their_bands(plot: Any, finished: Result) -> None:
+    axes = plot.forces()
+    assert len(axes.collections) == 3
+    assert finished.motion.band_grf_N is not None
+    highest = max(path.vertices[:, 1].max() for path in axes.collections[2].get_paths())
+    share = 100 / (9.81 * finished.body.mass_kg)
+    assert highest == pytest.approx(share * np.nanmax(finished.motion.band_grf_N[:, 2, 1]))
+
+
 def test_contacts_are_bars_of_what_is_pushed(plot: Any) -> None:
     from matplotlib import pyplot
 

@@ -73,6 +73,25 @@ def test_curves_are_those_of_the_result(made: Result, text: str) -> None:
     )
 
 
+def test_bands_are_those_of_the_motion(made: Result, text: str) -> None:
+    shown, motion = told(text)["curves"]["bands_N"], made.motion
+    assert motion.band_feet_N is not None
+    assert motion.band_grf_N is not None
+    bands = {
+        "left_foot": motion.band_feet_N[:, 0],
+        "right_foot": motion.band_feet_N[:, 1],
+        "all": motion.band_grf_N,
+    }
+    for name, band in bands.items():
+        own = np.array(shown[name], dtype=object)
+        assert (own[:, 0] == None).all()  # noqa: E711  # of an instant
+        np.testing.assert_allclose(own[:, 1:].astype(float), band[1:, 2].T, atol=0.51)
+    bare = replace(motion, band_grf_N=None)
+    result = results.open_result(made.folder)
+    result.__dict__["motion"] = bare
+    assert curves.make(result, np.arange(len(motion.times_s)))["bands_N"] is None
+
+
 def test_moments_and_powers_are_those_of_the_result(made: Result, text: str) -> None:
     shown, found = told(text)["curves"], made.moments()
     np.testing.assert_allclose(np.array(shown["moments_Nm"]), np.moveaxis(found.moment_Nm, 0, -1), atol=0.051)

@@ -15,6 +15,7 @@ from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.course import Course
 from simrecon.engines.sampling.descent import Descent
 from simrecon.engines.sampling.draft import drafted
+from simrecon.engines.sampling.population import Population
 from simrecon.engines.sampling.search import Search
 from simrecon.engines.sampling.starts import descend
 from simrecon.engines.sampling.task import Task, simulator
@@ -32,12 +33,14 @@ class Sampler:
     Attributes:
         problem: the clip.
         simulator: of all rollouts but those of a draft.
+        population: of what bands are made; None: the plan asks for none.
     """
 
     def __init__(self, problem: Problem, threads: Threads = 0) -> None:
         """Make room for the plan's population."""
         self.problem, self._threads = problem, threads
         self.simulator = simulator(problem, threads)
+        self.population = Population(problem, threads) if problem.plan.optimiser.draws else None
 
     def prepare(self, windows: Sequence[Window], start: Handover) -> None:
         """Draft all windows, if the plan says so (`draft`)."""
@@ -60,6 +63,9 @@ class Sampler:
         if plan.generations:
             best, status = self._sampled(descent, rng, plan.generations * effort.factor, course)
         committed = task.commit(best.x)
+        spread = None
+        if self.population is not None and descent.quadratic is not None and np.isfinite(best.loss):
+            spread = self.population.spread(task, self.simulator, best.x, descent.quadratic, rng)
         return WindowResult(
             window=window,
             ctrl=committed.ctrl,
@@ -75,6 +81,7 @@ class Sampler:
             status=status if np.isfinite(best.loss) else WindowStatus.FAILED,
             effort=effort,
             handover=committed.handover,
+            spread=spread,
         )
 
     def _sampled(
