@@ -59,7 +59,7 @@ def _moments(view: ResultView, time: Array) -> bytes:
         own = view.result.motion.times_s
         return np.stack([np.interp(view.times_s, own, column) for column in values.T], axis=1)
 
-    names = ["time_s", "low_pass_Hz"]
+    names = ["time_s", "cutoff_Hz"]
     columns = [time, np.full(len(time), found.cutoff_hz)]
     for row, joint in enumerate(found.joints):
         names += [f"{joint}_moment_{axis}_Nm" for axis in "xyz"] + [f"{joint}_power_W"]

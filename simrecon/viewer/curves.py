@@ -138,10 +138,10 @@ def _joints(result: Result, rows: IntArray) -> dict[str, Any]:
 def _moments(result: Result, rows: IntArray) -> dict[str, Any]:
     """Moments (J, 3, F) and powers (J, F) of the joints, and the cut-off of their filter; none of a plan."""
     if result.motion.is_planned or not len(result.motion.ctrl):
-        return {"moments_Nm": None, "powers_W": None, "low_pass_Hz": None}
+        return {"moments_Nm": None, "powers_W": None, "cutoff_Hz": None}
     found = result.moments()
     return {
         "moments_Nm": _known(found.moment_Nm[rows], 1),
         "powers_W": _known(found.power_W[rows], 0),
-        "low_pass_Hz": round(found.cutoff_hz, 1),
+        "cutoff_Hz": round(found.cutoff_hz, 1),
     }

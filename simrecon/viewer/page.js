@@ -108,7 +108,7 @@
     const lines = rows => curves.axes.map((label, k) => ({ label, class: ["c-left", "c-right", "c-third"][k], values: rows[state.joint][k] }));
     const angles = charts.add({ title: "Joint angle", unit: "°", height: 110, least: 5, digits: 1, extra: chooser, series: lines(curves.angles_deg) });
     const torques = charts.add({ title: "Joint torque", unit: "Nm", height: 110, least: 5, digits: 1, series: lines(curves.torques_Nm) });
-    const filtered = `below ${curves.low_pass_Hz} Hz`, power = () => [{ label: "power", class: "c-third", values: curves.powers_W[state.joint] }];
+    const filtered = `below ${curves.cutoff_Hz} Hz`, power = () => [{ label: "power", class: "c-third", values: curves.powers_W[state.joint] }];
     const [moments, powers] = curves.powers_W ? [
       charts.add({ title: "Joint moment", unit: `Nm, ${filtered}`, height: 110, least: 5, digits: 1, series: lines(curves.moments_Nm) }),
       charts.add({ title: "Joint power", unit: `W, ${filtered}`, height: 110, least: 20, digits: 0, series: power() }),

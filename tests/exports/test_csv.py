@@ -37,12 +37,12 @@ def test_tables_hold_the_motion_and_its_forces(finished: Path, view: ResultView,
     np.testing.assert_allclose(moments["left_knee_moment_y_Nm"], own, atol=1e-3)
     power = np.interp(view.times_s, view.result.motion.times_s, found.power_W[:, knee])
     np.testing.assert_allclose(moments["left_knee_power_W"], power, atol=1e-2)
-    assert set(moments["low_pass_Hz"]) == {round(found.cutoff_hz, 6)}
+    assert set(moments["cutoff_Hz"]) == {round(found.cutoff_hz, 6)}
 
 
 def test_a_cutoff_is_brought_below_half_the_frame_rate(finished: Path, tmp_path: Path) -> None:
     exports.export(finished, ("csv",), tmp_path, fps=30.0, cutoff_hz=40.0)
-    assert set(read(tmp_path / "moments.csv")["low_pass_Hz"]) == {12.0}
+    assert set(read(tmp_path / "moments.csv")["cutoff_Hz"]) == {12.0}
 
 
 def test_a_fit_has_no_table_of_forces(finished: Path, tmp_path: Path) -> None:

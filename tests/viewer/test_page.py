@@ -96,7 +96,7 @@ def test_moments_and_powers_are_those_of_the_result(made: Result, text: str) -> 
     shown, found = told(text)["curves"], made.moments()
     np.testing.assert_allclose(np.array(shown["moments_Nm"]), np.moveaxis(found.moment_Nm, 0, -1), atol=0.051)
     np.testing.assert_allclose(np.array(shown["powers_W"]), found.power_W.T, atol=0.51)
-    assert shown["low_pass_Hz"] == pytest.approx(found.cutoff_hz, abs=0.06)
+    assert shown["cutoff_Hz"] == pytest.approx(found.cutoff_hz, abs=0.06)
 
 
 def test_angles_are_those_of_the_joints(made: Result) -> None:
