@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from simrecon import schedule
-from simrecon.engines import warm_start
+from simrecon.engines import checkpoint, warm_start
 from simrecon.engines.sampling.jacobian import linearise
 from simrecon.engines.sampling.population import Population
 from simrecon.engines.sampling.task import Task
 from simrecon.optim.gauss_newton import Quadratic
 from simrecon.sim.rollout import Simulator
-from simrecon.types import Array
+from simrecon.types import Array, Spread, Window
 from tests.engines.conftest import Makers
+from tests.support.window_results import solved
 
 DRAWS = 6
 
@@ -71,3 +73,18 @@ def test_a_loss_that_allows_nothing_else_has_no_spread(task: Task, found: Any) -
     stiff = Quadratic(1e14 * np.eye(len(x)), np.zeros(len(x)))
     assert spread(task, found, quadratic=stiff).force_N.max() < 1.0
     assert spread(task, found).force_N.max() > 1.0
+
+
+def test_a_checkpoint_keeps_it(tmp_path: Path) -> None:
+    window, known = Window(0, 0, 4, 8), Spread(np.full((2, 3, 3), 7.0), np.full((2, 5), 0.25))
+    states = np.zeros((5, 3))
+    store = checkpoint.Folder(tmp_path)
+    for kept, index in ((known, 0), (None, 1)):
+        own = replace(window, index=index)
+        store.restore("d" * 64, [replace(window, index=row) for row in range(index + 1)])
+        store.save(solved(own, np.zeros((4, 2)), states, spread=kept))
+    first, second = checkpoint.Folder(tmp_path).restore("d" * 64, [window, replace(window, index=1)])
+    assert first.spread is not None
+    np.testing.assert_array_equal(first.spread.force_N, known.force_N)
+    np.testing.assert_array_equal(first.spread.touch, known.touch)
+    assert second.spread is None
