@@ -6,6 +6,7 @@ the command is asked for, so that help comes at once.
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -14,7 +15,7 @@ import traceback
 import simrecon
 from simrecon.cli import commands
 from simrecon.cli.arguments import Parser
-from simrecon.errors import SimreconError, printable
+from simrecon.errors import InputError, SimreconError, printable
 from simrecon.system import signals
 
 NOTHING = "nothing was written"
@@ -70,10 +71,19 @@ def _status(words: list[str]) -> int:
         message, status = str(error), EXIT_FAILED
         if isinstance(error, SimreconError):
             status = error.exit_status
+        elif _leads_nowhere(error):
+            message, status = f"{message[:200]}; valid: a path that can be followed", InputError.exit_status
         else:  # a defect
             message = f"{type(error).__name__}: {message}{'' if debug else '; --debug shows where'}"
         print("simrecon: error:", printable(" ".join(message.split())), file=sys.stderr)
         return status
+
+
+def _leads_nowhere(error: Exception) -> bool:
+    """Whether the system can't follow a path that was given: a name is too long, or links go in a circle."""
+    if isinstance(error, RuntimeError):  # `Path.resolve` before Python 3.13
+        return str(error).startswith("Symlink loop")
+    return isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ELOOP)
 
 
 def _interrupted(error: KeyboardInterrupt) -> int:

@@ -22,6 +22,9 @@ from simrecon.io.arrays import Arrays, listed
 from simrecon.io.limits import allowed, size_text
 from simrecon.io.reading import read_bytes
 
+MEMBERS_MAX = 10_000
+"""Of an archive: each takes a tenth of a millisecond, and its name may be all that there is of it."""
+
 # What numpy and zipfile raise on damaged archives.
 _UNREADABLE = (
     ValueError, TypeError, EOFError, KeyError, OSError, MemoryError, OverflowError, NotImplementedError,
@@ -71,6 +74,8 @@ def parse_npz(
             total = sum(info.file_size for info in archive.infolist())
             if total > (most := allowed(len(content))):
                 raise ValueError(f"{size_text(total)}; at most {size_text(most)} are read")
+            if (count := len(archive.infolist())) > MEMBERS_MAX:
+                raise ValueError(f"{count} arrays; at most {MEMBERS_MAX} are read")
             for info in archive.infolist():
                 key = info.filename.removesuffix(".npy")
                 arrays[key] = _member(source, key, archive, info, objects)

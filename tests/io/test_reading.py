@@ -107,3 +107,13 @@ def test_what_becomes_of_a_file_is_limited_by_its_size(tmp_path: Path) -> None:
     (tmp_path / "a.pkl").write_bytes(zlib.compress(bytes(400 << 20), 9))
     with pytest.raises(InputError, match=r"found more than \d+ MB when decompressed"):
         evidence.read(tmp_path / "a.pkl")
+
+
+def test_arrays_in_an_archive_are_counted(tmp_path: Path) -> None:
+    """Each costs time, and a few hundred bytes hold one."""
+    path = tmp_path / "a.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        for i in range(npz.MEMBERS_MAX + 1):
+            archive.writestr(f"{i}.npy", b"")
+    with pytest.raises(InputError, match="10001 arrays; at most 10000 are read"):
+        npz.load(path)

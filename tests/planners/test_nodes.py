@@ -47,6 +47,11 @@ def test_a_short_clip_has_splines_too(frames: int) -> None:
     assert np.isfinite(nodes.smoothed(values)).all()
 
 
+@pytest.mark.parametrize("spacing", [1.0, 1e-6, 5e-324, 0.0])
+def test_nodes_closer_than_frames_are_as_close_as_they_may_be(spacing: float) -> None:
+    assert Nodes.spread(24, spacing).count == Nodes.spread(24, 3).count
+
+
 def test_rotation_vectors_go_on_where_they_pass_half_a_turn() -> None:
     angle = np.linspace(2.0, 5.0, 20)  # rotation vectors are at most π long
     axis = np.array([0.6, 0.0, 0.8])

@@ -1,13 +1,14 @@
 """End `run`, `batch` and `bench` by signals at random moments, and look at what is left.
 
-    python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--span 4] [--plan PLAN]
+    python -m tools.bench.chaos_end CLIP -o OUT [--moments 50] [--seed 0] [--plan PLAN]
     python -m tools.bench.chaos_end SUITE.toml -o OUT [--moments 50]
 
 Each command is begun so often and gets SIGTERM or SIGINT, in turn; `bench` runs one clip at once or two. It
 must end within a minute with 143 or 130, or have ended before; print no traceback; leave no process; and
 leave nothing but a whole result or what a batch goes on from. All processes that get a signal were started
-here. Moments count from where the command answers signals itself; before, Python ends it, with a traceback of
-its own at times.
+here. Moments are drawn from the processor time of an undisturbed command, so that they reach all of its parts
+on a busy machine too. They count from where the command answers signals itself; before, Python ends it,
+with a traceback of its own at times.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 from tools.bench.chaos_batch import children, gone
@@ -28,6 +30,9 @@ from tools.bench.chaos_batch import children, gone
 ENDS = {signal.SIGTERM: (143, 130, -signal.SIGTERM), signal.SIGINT: (130, -signal.SIGINT)}
 """What a command returns; below 0: it ended before its first line, which a shell calls 143 and 130."""
 LATEST_S = 60.0
+STAGES = ("kinematic fit", "plan", "simulation")
+"""What a run says of its parts, in turn, when they are done or stopped."""
+TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def command(name: str, clip: Path, output: Path, plan: str, jobs: int = 1) -> list[str]:
@@ -64,13 +69,42 @@ def answers(pid: int) -> bool:
     return False
 
 
-def struck(words: list[str], number: signal.Signals, after_s: float) -> tuple[int, str, bool, bool]:
-    """Begin a command, and end it: its status, what it said, whether it was hit, whether any is left."""
+def used_s(pid: int) -> float:
+    """Processor time of a process, of those below it and of those that they have waited for (Linux)."""
+    ticks = 0
+    for one in (pid, *family(pid)):
+        with contextlib.suppress(OSError):
+            after_name = Path(f"/proc/{one}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+            ticks += sum(map(int, after_name[11:15]))
+    return ticks / TICKS
+
+
+def begun(words: list[str]) -> tuple[subprocess.Popen[str], float]:
+    """Begin a command and wait until it answers signals: what it has used till then, s."""
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     while process.poll() is None and not answers(process.pid):
         time.sleep(0.01)
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(after_s)
+    return process, used_s(process.pid)
+
+
+def whole_s(words: list[str]) -> float:
+    """Processor time of an undisturbed command, from where it answers signals."""
+    process, before = begun(words)
+    latest = before
+    while process.poll() is None:
+        latest = max(latest, used_s(process.pid))
+        time.sleep(0.02)
+    said = process.communicate()[0]
+    if process.returncode not in (0, 3):
+        raise SystemExit(f"{' '.join(words)} failed: {said}")
+    return latest - before
+
+
+def struck(words: list[str], number: signal.Signals, after_s: float) -> tuple[int, str, bool, bool]:
+    """Begin a command, and end it: its status, what it said, whether it was hit, whether any is left."""
+    process, before = begun(words)
+    while process.poll() is None and used_s(process.pid) < before + after_s:
+        time.sleep(0.01)
     hit, pids = process.poll() is None, family(process.pid)
     if hit:
         process.send_signal(number)
@@ -89,11 +123,20 @@ def litter(folder: Path) -> list[str]:
     return sorted({str(path.relative_to(folder)) for path in odd})
 
 
-def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: float, seed: int) -> int:
+def reached(folder: Path, said: str) -> str:
+    """The last part of a command that it had come to, as far as what it said and wrote can tell."""
+    if any(folder.rglob("motion.npz")):
+        return "writing"
+    stages = [stage for stage in STAGES if f"{stage} " in said]
+    return stages[-1] if stages else "start"
+
+
+def end_at_random(clip: Path, output: Path, plan: str, moments: int, seed: int) -> int:
     """The signals; how often something was wrong."""
     numbers, bad = random.Random(seed), 0
     for name in ("bench",) if clip.suffix == ".toml" else ("run", "batch"):
-        hits = 0
+        hits, stages = 0, Counter[str]()
+        span_s = whole_s(command(name, clip, output / f"{name}-whole", plan))
         for i in range(moments):
             place = output / f"{name}{i}"
             shutil.rmtree(place, ignore_errors=True)
@@ -103,6 +146,7 @@ def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: flo
             words = command(name, clip, place, plan, jobs=1 + i // 2 % 2)
             status, said, hit, left = struck(words, number, after_s)
             hits += hit
+            stages[reached(place, said)] += hit
             found = litter(place)
             faults = [
                 *([f"status {status}"] if hit and status not in (*ENDS[number], 0, 3) else []),
@@ -115,7 +159,7 @@ def end_at_random(clip: Path, output: Path, plan: str, moments: int, span_s: flo
                 print(f"{name} {number.name} after {after_s:.2f} s: {', '.join(faults)}: {said[-600:]}")
             else:
                 shutil.rmtree(place)
-        print(f"{name}: {moments} begun, {hits} hit", flush=True)
+        print(f"{name}: {moments} begun, {hits} hit within {span_s:.1f} s: {dict(stages)}", flush=True)
     return bad
 
 
@@ -126,12 +170,11 @@ def main() -> int:
     parser.add_argument("-o", dest="output", type=Path, required=True)
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--moments", type=int, default=50)
-    parser.add_argument("--span", type=float, default=4.0, help="s, the latest moment")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     clip, output = options.clip.resolve(), options.output.resolve()
     began = time.monotonic()
-    bad = end_at_random(clip, output, options.plan, options.moments, options.span, options.seed)
+    bad = end_at_random(clip, output, options.plan, options.moments, options.seed)
     print(f"{bad} with faults, {time.monotonic() - began:.0f} s")
     return 1 if bad else 0
 

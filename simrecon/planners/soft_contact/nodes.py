@@ -49,7 +49,8 @@ class Nodes:
     @classmethod
     def spread(cls, frames: int, spacing: float) -> Nodes:
         """Over a clip of two or more frames: at most so many of them apart, and at least `NEAREST`."""
-        pieces = max(min(math.ceil((frames - 1) / spacing - 1e-6), (frames - 1) // NEAREST), 1)
+        wanted = math.ceil((frames - 1) / max(spacing, 1.0) - 1e-6)  # closer than frames is no closer
+        pieces = max(min(wanted, (frames - 1) // NEAREST), 1)
         at = np.arange(frames) * (pieces / (frames - 1))
         piece = np.minimum(at.astype(np.intp), pieces - 1)
         s = at - piece
