@@ -13,6 +13,7 @@ from simrecon import scene as scenes
 from simrecon.body import names, strength
 from simrecon.contact.parts import SIDES
 from simrecon.engines import feedforward, momentum
+from simrecon.engines.borne import Borne, borne
 from simrecon.engines.wished import Wished, wished
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations, splines
@@ -48,6 +49,7 @@ class Problem:
         limits_rad: (16, 3, 2).
         pushed: (T, 2, 6) moment about the world's origin, and force, that the plan has act on each foot; None
             where the planner knows no forces.
+        borne: what segments are to bear of which a user wishes that a part touches, or None.
     """
 
     model: mujoco.MjModel
@@ -73,6 +75,12 @@ class Problem:
     joint_rows: IntArray
     limits_rad: Array
     pushed: Array | None = None
+    borne: Borne | None = None
+
+    @property
+    def felt(self) -> tuple[str, ...]:
+        """K segments whose contacts the loss may look at, the feet first."""
+        return FEET + tuple(s for s in (self.borne.segments if self.borne else ()) if s not in FEET)
 
     @property
     def interval_s(self) -> float:
@@ -133,6 +141,7 @@ def pose(fit: KinematicFit, reference: Reference, evidence: Evidence, clock: Clo
         joint_rows=np.flatnonzero(np.linalg.norm(skeleton.point_offsets_m, axis=1) == 0),
         limits_rad=skeleton.limits_rad,
         pushed=_pushed(reference),
+        borne=borne(fit, reference),
     )
 
 

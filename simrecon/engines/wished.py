@@ -13,7 +13,7 @@ from simrecon.contact.parts import parts
 from simrecon.kinematics.touched import touched
 from simrecon.types import Array, Flags, IntArray, KinematicFit
 
-PRESSED_M = 0.02
+PRESSED_M = 0.005
 """How far under its support a part is wanted that is to touch: what just reaches it does not push."""
 LEAD_S = 0.1
 """A part that is to touch is led there from this long before, and held for this long after."""
@@ -59,14 +59,14 @@ def wished(fit: KinematicFit, qpos: Array, points_m: Array) -> Wished | None:
     wanted, sure = points_m.copy(), np.zeros(points_m.shape[:2])
     for column, part in enumerate(parts()):
         rows = [names.index(name) for name in part.held]
-        touch = _led(asked.touch[:, column], asked.free[:, column], lead)
+        touch = led(asked.touch[:, column], asked.free[:, column], lead)
         lift = np.maximum(found.clearance_m[:, column] + PRESSED_M, 0.0) * touch
         wanted[:, rows] -= (lift[:, None] * found.up[:, column])[:, None]
         sure[:, rows] = touch[:, None]
     return Wished(wanted, sure) if sure.any() else None
 
 
-def _led(flags: Flags, against: Flags, frames: int) -> Flags:
+def led(flags: Flags, against: Flags, frames: int) -> Flags:
     """Flags (T,) that begin and end some frames earlier and later, except where the opposite is wished."""
     if not frames:
         return flags

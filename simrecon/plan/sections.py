@@ -93,6 +93,7 @@ class LossWeights:
     landmark_velocity: float = number(0.0, default=0.0)
     planted: float = number(0.0, default=0.0)
     wished: float = number(0.0, default=5000.0)
+    borne: float = number(0.0, default=300.0)
     force: float = number(0.0, default=0.0)
     prior_model: str = choice(*PRIORS)
     prior_rate_hz: float = number(0.1, 1000.0)

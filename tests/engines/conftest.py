@@ -39,6 +39,7 @@ LOSSES: dict[str, Any] = {
     "landmark_velocity": 0.0,
     "planted": 0.0,
     "wished": 0.0,
+    "borne": 0.0,
     "prior_model": "gaussian",
     "prior_rate_hz": 30.0,
     "rate_hz": 30.0,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simrecon.engines.problem import FEET, Problem
+from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import terms as loss_terms
 from simrecon.engines.sampling.terms import Seen, Targets
 from simrecon.geometry import splines
@@ -156,7 +156,8 @@ class Task:
 
 def simulator(problem: Problem, threads: rollout.Threads = 0) -> Simulator:
     """A simulator of a clip's rollouts that shows all that the loss looks at."""
-    feels = problem.plan.loss.force and problem.pushed is not None
+    weights = problem.plan.loss
+    feels = (weights.force and problem.pushed is not None) or (weights.borne and problem.borne is not None)
     prefix = locate(problem.model).prefix
-    felt = Felt.of(problem.mjcf, [prefix + foot for foot in FEET]) if feels else None
+    felt = Felt.of(problem.mjcf, [prefix + segment for segment in problem.felt]) if feels else None
     return Simulator(problem.model, problem.plan.optimiser.population, threads, felt)

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simrecon.contact.parts import HEELS, SEAT, TOES
+from simrecon.contact.parts import HEELS, TOES
 from simrecon.kinematics import bands
-from simrecon.kinematics.contacts import SEAT_DEPTH_M, Places, lowest
+from simrecon.kinematics.contacts import Places, lowest
 from simrecon.kinematics.gradient import Gradient
 from simrecon.kinematics.hessian import Hessian
 from simrecon.kinematics.problem import Problem
@@ -113,8 +113,7 @@ def _touching(state: State) -> Iterator[tuple[Places, float]]:
     if targets is not None:
         for column in np.flatnonzero(targets.touch.any(axis=0)):
             at = lowest(state.problem.contacts.parts[column], state.clearance_m)
-            depth = SEAT_DEPTH_M if targets.parts[column] in SEAT else DEPTH_M
-            yield _in(at, targets.touch[:, column]), depth
+            yield _in(at, targets.touch[:, column]), DEPTH_M
 
 
 def _free(state: State) -> Iterator[Places]:

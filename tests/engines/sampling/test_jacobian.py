@@ -11,6 +11,7 @@ import pytest
 from simrecon import kinematics, schedule
 from simrecon import scene as scenes
 from simrecon.engines import warm_start
+from simrecon.engines.borne import Borne
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import jacobian
 from simrecon.engines.sampling.jacobian import Linearised, linearise
@@ -48,6 +49,7 @@ LOSSES = {
     "landmark_velocity": 0.5,
     "planted": 10.0,
     "wished": 30.0,
+    "borne": 2.0,
     "force": 3.0,
     "prior_rate_hz": 15.0,
 }
@@ -77,7 +79,7 @@ def filmed(kind: str) -> Problem:
     camera, air = Makers.camera, kind == "air"
     losses = LOSSES | ({"rate_hz": 15.0, "reprojection": 1.0} if kind in ("camera", "moving") else {})
     if kind in ("ball", "sprung"):  # what a foot feels of what moves has no slope
-        losses = losses | {"force": 0.0}
+        losses = losses | {"force": 0.0, "borne": 0.0}
     plan = Makers.settings(population=20, start=0.02, length_s=0.2, overlap_s=0.1, **losses)
     if kind not in ("camera", "moving"):
         scene = scenes.parse({"ball": BALL, "sprung": SPRUNG}.get(kind, ""))
@@ -114,7 +116,10 @@ def narrow(problem: Problem) -> Problem:
     half = np.full_like(problem.planted, 0.5)
     wished = Wished(problem.points_m - [0.0, 0.01, 0.02], np.full_like(problem.planted, 1.0))
     pushed = np.full((len(half), 2, 6), 200.0)
-    return replace(problem, limits_rad=limits, planted=half, wished=wished, pushed=pushed)
+    wrenches, places = np.full((len(half), 2, 6), 100.0), np.full((len(half), 2, 3), 0.3)
+    borne = Borne(("pelvis", "left_ankle"), wrenches, places, np.full((len(half), 2), 0.5))
+    bare = replace(problem, limits_rad=limits, planted=half)
+    return replace(bare, wished=wished, pushed=pushed, borne=borne)
 
 
 @dataclass(frozen=True, eq=False)

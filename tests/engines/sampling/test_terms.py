@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simrecon.engines.borne import Borne as BorneForces
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling import terms
 from simrecon.engines.sampling.terms import LossTerm, Seen, Targets
+from simrecon.engines.sampling.terms.borne import Borne
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
 from simrecon.engines.sampling.terms.force import Force
 from simrecon.engines.sampling.terms.landmarks import Landmark, LandmarkVelocity, Reprojection, TotalVariation
@@ -208,6 +210,19 @@ def test_force_is_in_body_weights_and_knows_each_foot() -> None:
     assert Force(1.0, 100.0).value(standing) == pytest.approx(0.25 + 9.0 + 9.0)
 
 
+def test_what_is_borne_is_force_and_moment_about_where_it_is_planned() -> None:
+    felt, planned = np.zeros((1, 2, 2, 6)), np.zeros((2, 1, 6))
+    place = np.array([1.0, 2.0, 3.0])
+    force, aside = np.array([0.0, 0.0, 50.0]), np.array([0.0, 0.02, 0.0])
+    felt[0, :, 1] = np.concatenate((np.cross(place + aside, force), force))
+    planned[:, 0] = np.concatenate((np.cross(place, 2 * force), 2 * force))
+    borne = BorneForces(("right_ankle",), planned, np.tile(place, (2, 1, 1)), np.array([[0.0], [1.0]]))
+    rollout = seen(com=np.zeros((2, 3)))
+    sitting = replace(rollout, wrenches=felt, targets=replace(rollout.targets, borne=borne))
+    # half a body weight is missing, and what there is acts 2 cm aside, a fifth of the lever
+    assert Borne(1.0, np.array([1]), 100.0).value(sitting) == pytest.approx(0.5**2 + (0.5 * 0.2) ** 2)
+
+
 def test_planned_forces_are_means_since_the_frame_before(problem: Problem) -> None:
     pushed = np.zeros((len(problem.com_m), 2, 6))
     pushed[:, 0, 5] = np.arange(len(pushed)) ** 2
@@ -233,7 +248,10 @@ def problem(make: type[Makers]) -> Problem:
     limits = np.stack((problem.limits_rad[..., 0] - 9.0, np.full((16, 3), -0.4)), axis=-1)
     wished = WishedPlaces(problem.points_m + 0.02, rng.uniform(0.2, 1.0, problem.planted.shape))
     pushed = rng.uniform(0.0, 300.0, (len(planted), 2, 6))
-    return replace(problem, scores=scores, planted=planted, wished=wished, limits_rad=limits, pushed=pushed)
+    on = (rng.uniform(0.0, 300.0, (len(planted), 1, 6)), rng.normal(size=(len(planted), 1, 3)))
+    borne = BorneForces(("right_ankle",), *on, rng.uniform(0.2, 1.0, (len(planted), 1)))
+    bare = replace(problem, scores=scores, planted=planted, limits_rad=limits)
+    return replace(bare, wished=wished, pushed=pushed, borne=borne)
 
 
 @pytest.fixture(scope="module")
@@ -376,8 +394,8 @@ def test_a_weight_of_zero_and_a_missing_camera_switch_terms_off(problem: Problem
 
 
 def test_a_plan_without_forces_switches_their_term_off(problem: Problem) -> None:
-    on = {term.name for term in terms.of_window(replace(problem, pushed=None), 9)}
-    assert {term.name for term in terms.TERMS} - on == {"force"}
+    on = {term.name for term in terms.of_window(replace(problem, pushed=None, borne=None), 9)}
+    assert {term.name for term in terms.TERMS} - on == {"force", "borne"}
 
 
 def test_a_loss_without_terms_is_an_error(problem: Problem) -> None:

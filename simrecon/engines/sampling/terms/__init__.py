@@ -6,6 +6,7 @@ A new term is a class here, a weight of the same name in `plan.LossWeights`, and
 from __future__ import annotations
 
 from simrecon.engines.problem import Problem
+from simrecon.engines.sampling.terms.borne import Borne
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
 from simrecon.engines.sampling.terms.force import Force
 from simrecon.engines.sampling.terms.landmarks import (
@@ -32,6 +33,7 @@ TERMS: tuple[type[LossTerm], ...] = (
     LandmarkVelocity,
     Planted,
     Wished,
+    Borne,
     Force,
     Reprojection,
     JointLimit,

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from simrecon.engines.problem import Problem
+from simrecon.engines.problem import FEET, Problem
 from simrecon.engines.sampling.terms.moves import Moves
 from simrecon.engines.sampling.terms.seen import Seen
 from simrecon.engines.sampling.terms.term import LossTerm
@@ -50,10 +50,10 @@ class Force(LossTerm):
 
     def slope(self, seen: Seen, moves: Moves) -> Array:  # noqa: ARG002
         """Of f: (F, 2, 3, V)."""
-        return moves.wrenches[..., 3:, :] / self.weight_N
+        return moves.wrenches[:, : len(FEET), 3:] / self.weight_N
 
     def _off(self, seen: Seen) -> Array:
         planned = seen.targets.wrenches
         if planned is None:
             raise ValueError("force: found no planned wrenches")
-        return np.asarray((seen.wrenches - planned)[..., 3:] / self.weight_N)
+        return np.asarray((seen.wrenches[..., : len(FEET), :] - planned)[..., 3:] / self.weight_N)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from simrecon.engines.borne import Borne
 from simrecon.engines.problem import Problem
 from simrecon.engines.wished import Wished
 from simrecon.sim.rollout import Rollouts
@@ -24,6 +25,7 @@ class Targets:
         world_to_camera: (F, 4, 4), or None without a camera.
         wished: where points are by a user's wishes of contact, or None.
         wrenches: (F, 2, 6) planned on the feet, mean since the frame before, zero at the first; or None.
+        borne: what segments are to bear that are to touch, mean since the frame before; or None.
     """
 
     com_m: Array
@@ -35,6 +37,7 @@ class Targets:
     world_to_camera: Array | None
     wished: Wished | None = None
     wrenches: Array | None = None
+    borne: Borne | None = None
 
     @classmethod
     def at(cls, problem: Problem, frames: IntArray) -> Targets:
@@ -50,6 +53,7 @@ class Targets:
             world_to_camera=None if camera is None else camera[frames],
             wished=None if problem.wished is None else problem.wished.at(frames),
             wrenches=_means(problem.pushed, frames),
+            borne=_borne(problem.borne, frames),
         )
 
 
@@ -85,6 +89,15 @@ class Seen:
     def points_off_m(self) -> Array:
         """Points from their targets, (P, F, M, 3)."""
         return self.points_m - self.targets.points_m
+
+
+def _borne(whole: Borne | None, frames: IntArray) -> Borne | None:
+    """That of frames (F,), its wrenches means since the frame before; nothing is asked at the first."""
+    if whole is None:
+        return None
+    own, mean = whole.at(frames), _means(whole.wrenches, frames)
+    sure = own.sure * (np.arange(len(frames)) > 0)[:, None]
+    return replace(own, wrenches=own.wrenches if mean is None else mean, sure=sure)
 
 
 def _means(values: Array | None, frames: IntArray) -> Array | None:
