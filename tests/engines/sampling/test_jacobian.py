@@ -212,7 +212,7 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
     if not terms:
         assert name == "reprojection"
         return
-    if name == "force":  # see `test_the_gradient_of_what_feet_bear`
+    if name in ("force", "borne"):  # see `test_the_gradient_of_what_is_pushed`
         return
     found = case(kind).with_terms(*(Sharp(term.weight, term) for term in terms))
     expected = loss_slopes(kind)[name]
@@ -221,10 +221,11 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["floor", "later", "camera"])
-def test_the_gradient_of_what_feet_bear(kind: str) -> None:
+@pytest.mark.parametrize("name", ["force", "borne"])
+def test_the_gradient_of_what_is_pushed(kind: str, name: str) -> None:
     here = case(kind)
-    (term,) = (term for term in here.task.terms if term.name == "force")
-    expected = loss_slopes(kind)["force"]
+    (term,) = (term for term in here.task.terms if term.name == name)
+    expected = loss_slopes(kind)[name]
     assert np.abs(expected).max() > 0.01
     assert_near(2 * here.with_terms(term).gradient, expected, 3e-3)
 
