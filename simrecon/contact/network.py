@@ -68,7 +68,7 @@ def shipped() -> Network:
 
 
 def label(cues: Cues) -> ContactLabels:
-    """Labels of heels and toes, by landmarks and the 3D estimate around each frame; of hips by the rules.
+    """Labels by landmarks and the 3D estimate around each frame, or by the rules where those are surer.
 
     A camera that moves does not show what stands still: then the 3D estimate alone counts. Nor does an
     estimate that is not at its place in the world count.
@@ -85,5 +85,5 @@ def label(cues: Cues) -> ContactLabels:
         found[frames] = net(features.features(image, scores, joints, known, cues.interval_s, frames))
     others = stillness.label(cues).probability.copy()
     own = [names().index(part) for part in net.parts]
-    others[:, own] = np.maximum(others[:, own], found)
+    others[:, own] = np.fmax(others[:, own], found)
     return ContactLabels(names(), others, "network")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from simrecon import kinematics
 from simrecon.body import names
 from simrecon.contact.features import POINTS
+from simrecon.contact.parts import names as part_names
 from simrecon.io import toml
+from simrecon.kinematics.touched import touched
+from simrecon.types import Scene
 from tests.support import people
-from tools.train import contact_motions, contact_paper, contact_views
+from tools.train import contact_grounded, contact_motions, contact_paper, contact_views
 from tools.train.contact_motions import ContactMotion
 
 FRAMES = 91
@@ -28,6 +34,7 @@ def test_no_motion_is_in_two_parts_of_the_split() -> None:
     assert contact_motions.part_of("deepmimic_roll") == "test"
     assert contact_motions.part_of("cmu_87_01") == "validation"
     assert contact_motions.part_of("cmu_07_01") == "train"
+    assert contact_motions.part_of("grounded_validation_02") == "validation"
 
 
 def test_feet_touch_where_they_are_low_and_slow() -> None:
@@ -40,6 +47,39 @@ def test_feet_touch_where_they_are_low_and_slow() -> None:
     assert not touches[20:40, 0].any()
     assert not touches[46:, 0].any()
     assert not touches[:, 4:].any()
+
+
+def test_where_forces_are_known_what_is_pushed_touches(motion: ContactMotion) -> None:
+    pushed = np.zeros((FRAMES, 11), bool)
+    pushed[10:20, 4] = True
+    np.testing.assert_array_equal(replace(motion, pushed=pushed).touches, pushed)
+    assert motion.touches[:, :4].any()
+
+
+def test_a_posture_touches_with_its_parts_alone() -> None:
+    rng = np.random.default_rng(0)
+    body, kneeling = contact_grounded._person(rng), contact_grounded.POSTURES["kneel"]
+    angles = contact_grounded._solved(body, kneeling, 0.0, rng)
+    qpos = contact_grounded._configurations(body, np.repeat(angles[None], 2, axis=0))
+    clearance = touched(body, Scene(), qpos, np.array([0.0, 1.0])).clearance_m[0]
+    own = [part_names().index(part) for part in kneeling.touch]
+    above = clearance - clearance.min()
+    assert above[own].max() < 0.01
+    assert np.delete(above, own).min() > 0.1
+
+
+def test_a_course_holds_what_touches_before_and_after() -> None:
+    rng = np.random.default_rng(1)
+    body = contact_grounded._person(rng)
+    stand, stoop = (contact_grounded.POSTURES[name] for name in ("stand", "stoop"))
+    found = [(posture, contact_grounded._start(posture, rng)) for posture in (stand, stoop)]
+    qpos = contact_grounded._course(body, found, rng)
+    times = np.arange(len(qpos)) / contact_grounded.RATE_HZ
+    np.testing.assert_allclose(touched(body, Scene(), qpos, times).clearance_m.min(axis=1), 0.0, atol=1e-6)
+    points = kinematics.configurations(body, qpos)[1]
+    at = contact_grounded._anchor(body, points, stand.touch).mean(axis=1)
+    np.testing.assert_allclose(at, at[0], atol=1e-9)
+    assert np.ptp(points[:, body.skeleton.point_names.index("nose"), 2]) > 0.2
 
 
 @pytest.mark.parametrize("rate_hz", [24.0, 50.0])

@@ -47,16 +47,23 @@ class ContactMotion:
         name: of the recording, by which it belongs to a part of the split.
         points_m: (T, M, 3) in the world.
         clearance_m: (T, P) of the parts; speed_mps: (T, P).
+        pushed: (T, P) which parts the scene pushes, in a motion that was simulated; else None.
     """
 
     name: str
     points_m: Array
     clearance_m: Array
     speed_mps: Array
+    pushed: Flags | None = None
 
     @property
     def touches(self) -> Flags:
-        """Which parts touch, (T, P): feet by the heuristic of Rempe 2020, others within 2 cm of the scene."""
+        """Which parts touch, (T, P): those that are pushed, where forces are known, else by the heuristic."""
+        return self.heuristic if self.pushed is None else self.pushed
+
+    @property
+    def heuristic(self) -> Flags:
+        """Which parts touch, (T, P): feet by that of Rempe 2020, others within 2 cm of the scene."""
         feet = np.stack([self._rests(point) for point in FEET], axis=1)
         return np.concatenate((feet, rules.near(self.clearance_m[:, len(FEET) :])), axis=1)
 
@@ -70,7 +77,9 @@ class ContactMotion:
 
 
 def part_of(name: str) -> str:
-    """`test`, `validation` or `train`."""
+    """`test`, `validation` or `train`; motions by formula have it in their name."""
+    if name.startswith("grounded_"):
+        return name.split("_")[1]
     held = _split()
     return next((part for part in ("test", "validation") if name in held[part]), "train")
 

@@ -1,11 +1,13 @@
 """Trains the contact networks, ours and that of Rempe 2020, and makes the tables of docs/results/contacts.md.
 
-usage: python -m tools.train.contacts MOCAP CMU --work DIR [--seed 0] [--epochs 30]
-                                                                            (needs the extra [train])
+usage: python -m tools.train.contacts MOCAP CMU --work DIR [--seed 0] [--epochs 30] [--labels heuristic]
+                                      [--network FILE]                      (needs the extra [train])
 
-MOCAP is the folder of the recordings, CMU the one with the unpacked archive of the CMU database. Fitted
-motions are kept in the working folder. The network is written to models/contact/network.npz, the figures to
-DIR/contacts_all.json.
+MOCAP is the folder of the recordings, CMU the one with the unpacked archive of the CMU database. Our own
+network learns heels and toes from the heuristic of the paper, as that which ships did, or, with `--labels
+force`, all parts from forces, of motions that are simulated (`contact_simulated`, some 25 minutes of a core).
+Simulated and fitted motions are kept in the working folder. The network is written to
+models/contact/network.npz, or FILE, the figures to DIR/contacts_all.json.
 """
 
 from __future__ import annotations
@@ -26,16 +28,18 @@ from simrecon.io import atomic
 from simrecon.types import Array, Flags
 from tools import CHECKOUT
 from tools.train import contact_model as model
-from tools.train import contact_motions, contact_paper, contact_views
+from tools.train import contact_motions, contact_paper, contact_simulated, contact_views
 from tools.train.contact_motions import ContactMotion
 from tools.train.contact_views import View
 
 RATES_HZ = (24.0, 25.0, 30.0, 50.0, 60.0)
-HIDDEN, DROPOUT_BEFORE = (64, 64), 2
-"""Of our own network."""
+HIDDEN, DROPOUT_BEFORE = {"heuristic": (64, 64), "force": (96, 64)}, 2
+"""Of our own network, by its labels."""
 VIDEOS = {"train": 2500, "validation": 200, "test": 300}
-PARTS = part_names()[: len(contact_motions.FEET)]
-"""Of the network: in the recordings other parts touch too rarely to be learned."""
+FEET = len(contact_motions.FEET)
+PARTS = {"heuristic": part_names()[:FEET], "force": part_names()}
+"""Of the network, by its labels: in the recordings other parts touch too rarely to be learned."""
+NETWORK = CHECKOUT / "models" / "contact" / "network.npz"
 PAPER_VIDEOS = {"train": 600, "validation": 150, "test": 300}
 EPOCHS = 30
 EACH = 16
@@ -52,17 +56,27 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--epochs", type=int, default=EPOCHS, help=f"of each training at most [{EPOCHS}]")
     parser.add_argument("--only", choices=("own", "paper"), default=None)
+    parser.add_argument("--labels", choices=tuple(PARTS), default="heuristic", help="[%(default)s]")
+    parser.add_argument("--network", type=Path, default=NETWORK, help="to write [that which ships]")
     options = parser.parse_args()
     torch.manual_seed(options.seed)
     torch.set_num_threads(1)
-    motions = contact_motions.load(options.mocap, options.cmu, options.work / "motions")
     figures: dict[str, Any] = {}
     if options.only != "paper":
-        figures["own"] = own(motions, options.seed, options.epochs)
+        known = _motions(options, options.labels)
+        figures["own"] = own(known, options.labels, options.network, options.seed, options.epochs)
     if options.only != "own":
-        figures["paper"] = paper(motions, options.seed, options.epochs)
+        figures["paper"] = paper(_motions(options, "heuristic"), options.seed, options.epochs)
     atomic.write_json(options.work / f"contacts_{options.only or 'all'}.json", figures)
     print(json.dumps(figures, indent=1))
+
+
+def _motions(options: argparse.Namespace, labels: str) -> list[ContactMotion]:
+    """All motions with such labels, made where they are not there yet."""
+    if labels == "heuristic":
+        return contact_motions.load(options.mocap, options.cmu, options.work / "motions")
+    contact_simulated.make(options.mocap, options.cmu, options.work)
+    return contact_simulated.load(options.work)
 
 
 def seen(
@@ -90,16 +104,25 @@ def scored(found: Flags, truth: Flags) -> dict[str, float]:
 # -- our own ----------------------------------------------------------------------------------------------
 
 
-def own(motions: Sequence[ContactMotion], seed: int, epochs: int) -> dict[str, Any]:
-    """Train, calibrate and write our own network; its scores on the test part, by part of the body."""
+def own(motions: Sequence[ContactMotion], kind: str, path: Path, seed: int, epochs: int) -> dict[str, Any]:
+    """Train, calibrate and write our own network; its scores on the test part, by part of the body.
+
+    Args:
+        motions: of all parts of the split.
+        kind: of the labels that they have, of `PARTS`.
+        path: of the network.
+        seed: of everything drawn.
+        epochs: at most.
+    """
     torch.manual_seed(seed)
+    names = PARTS[kind]
     rng = np.random.default_rng(seed)
     sets = {
-        part: _own_data(seen(motions, part, count, RATES_HZ, seed, 0.5), rng)
+        part: _own_data(seen(motions, part, count, RATES_HZ, seed, 0.5), len(names), rng)
         for part, count in VIDEOS.items()
     }
     places = np.tile([1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0], features.COUNT // features.CHANNELS)
-    net = model.network((features.COUNT, *HIDDEN, len(PARTS)), DROPOUT_BEFORE)
+    net = model.network((features.COUNT, *HIDDEN[kind], len(names)), DROPOUT_BEFORE)
     data, check = (model.Data.of(sets[part][0], sets[part][1], places) for part in ("train", "validation"))
     began = time.perf_counter()
     losses = model.train(net, data, check, seed=seed, epochs=epochs, rate=5e-4)
@@ -107,27 +130,27 @@ def own(motions: Sequence[ContactMotion], seed: int, epochs: int) -> dict[str, A
     layers = model.folded(net)
     weight, bias = layers[-1]
     layers[-1] = (gain[:, None] * weight, gain * bias + offset)
-    _write(layers)
-    network.shipped.cache_clear()
+    _write(layers, names, path)
+    trained = network.read(path)
     began_s, inputs = time.perf_counter() - began, sets["test"][0]
     clock = time.perf_counter()
-    probability = network.shipped()(inputs)
+    probability = trained(inputs)
     truth = sets["test"][1]
     return {
         "seconds": began_s,
         "epochs": len(losses),
         "frames": {part: len(values[0]) for part, values in sets.items()},
         "us_per_frame": 1e6 * (time.perf_counter() - clock) / len(inputs),
-        "feet": scored(probability > 0.5, truth),
+        "feet": scored(probability[:, :FEET] > 0.5, truth[:, :FEET]),
         "calibration_error": calibration_error(probability, truth),
         "parts": {
             name: {**scored(probability[:, [i]] > 0.5, truth[:, [i]]), "share": float(truth[:, i].mean())}
-            for i, name in enumerate(PARTS)
+            for i, name in enumerate(names)
         },
     }
 
 
-def _own_data(views: Sequence[View], rng: np.random.Generator) -> tuple[Array, Flags]:
+def _own_data(views: Sequence[View], parts: int, rng: np.random.Generator) -> tuple[Array, Flags]:
     inputs, labels = [], []
     for view in views:
         rows = np.sort(rng.choice(len(view.image), min(EACH, len(view.image)), replace=False))
@@ -135,7 +158,7 @@ def _own_data(views: Sequence[View], rng: np.random.Generator) -> tuple[Array, F
         hidden = bool(known.any()) and rng.random() < 0.15
         image = np.full_like(view.image, np.nan) if hidden else view.image
         inputs.append(features.features(image, view.scores, view.joints_m, known, view.interval_s, rows))
-        labels.append(view.touches[rows, : len(PARTS)])
+        labels.append(view.touches[rows, :parts])
     return np.concatenate(inputs), np.concatenate(labels)
 
 
@@ -147,17 +170,15 @@ def calibration_error(probability: Array, truth: Flags, bins: int = 10) -> float
     return float(sum(own.mean() * abs(p[own].mean() - t[own].mean()) for own in parts))
 
 
-def _write(layers: Sequence[tuple[Array, Array]]) -> None:
+def _write(layers: Sequence[tuple[Array, Array]], names: Sequence[str], path: Path) -> None:
     """Write the network in half precision."""
     content: dict[str, Any] = {
         "schema": network.SCHEMA,
         "layers": np.array(len(layers)),
-        "parts": np.array(PARTS),
+        "parts": np.array(names),
     }
     for i, (weight, bias) in enumerate(layers):
         content |= {f"weight{i}": weight.astype(np.float16), f"bias{i}": bias.astype(np.float32)}
-    path = CHECKOUT / "models" / "contact" / "network.npz"
-    path.parent.mkdir(exist_ok=True)
     atomic.write_npz(path, content)
 
 
