@@ -13,7 +13,8 @@ FOLDER = Path(tools.__file__).parent
 MODULES = sorted(path for path in FOLDER.rglob("*.py") if path.name != "__init__.py")
 LIBRARIES = {
     "references", "mocap_poses", "prior_data", "prior_model", "prior_score", "layered", "rooms", "levelled",
-    "contact_grounded", "contact_model", "contact_motions", "contact_paper", "contact_views", "browser", "seated",
+    "contact_model", "contact_motions", "contact_paper", "contact_views", "browser", "seated",
+    "contact_grounded",
     "synthesis_corpus", "synthesis_views", "synthesis_data", "synthesis_model", "synthesis_training",
     "synthesis_scores", "synthesis_simulated", "synthesis_page", "synthesis_numbers", "synthesis_targets",
     "future_distances", "flips",
