@@ -95,6 +95,7 @@ class LossWeights:
     wished: float = number(0.0, default=5000.0)
     borne: float = number(0.0, default=300.0)
     force: float = number(0.0, default=0.0)
+    moment: float = number(0.0, default=0.0)
     prior_model: str = choice(*PRIORS)
     prior_rate_hz: float = number(0.1, 1000.0)
     rate_hz: float = number(1.0, 1000.0)

@@ -156,8 +156,9 @@ class Task:
 
 def simulator(problem: Problem, threads: rollout.Threads = 0) -> Simulator:
     """A simulator of a clip's rollouts that shows all that the loss looks at."""
-    weights = problem.plan.loss
-    feels = (weights.force and problem.pushed is not None) or (weights.borne and problem.borne is not None)
+    loss = problem.plan.loss
+    feet = (loss.force or loss.moment) and problem.pushed is not None
+    feels = feet or (loss.borne and problem.borne is not None)
     prefix = locate(problem.model).prefix
     felt = Felt.of(problem.mjcf, [prefix + segment for segment in problem.felt]) if feels else None
     return Simulator(problem.model, problem.plan.optimiser.population, threads, felt)

@@ -51,6 +51,7 @@ LOSSES = {
     "wished": 30.0,
     "borne": 2.0,
     "force": 3.0,
+    "moment": 2.0,
     "prior_rate_hz": 15.0,
 }
 KINDS = ("air", "floor", "later", "camera", "moving", "ball", "sprung")
@@ -79,7 +80,7 @@ def filmed(kind: str) -> Problem:
     camera, air = Makers.camera, kind == "air"
     losses = LOSSES | ({"rate_hz": 15.0, "reprojection": 1.0} if kind in ("camera", "moving") else {})
     if kind in ("ball", "sprung"):  # what a foot feels of what moves has no slope
-        losses = losses | {"force": 0.0, "borne": 0.0}
+        losses = losses | {"force": 0.0, "moment": 0.0, "borne": 0.0}
     plan = Makers.settings(population=20, start=0.02, length_s=0.2, overlap_s=0.1, **losses)
     if kind not in ("camera", "moving"):
         scene = scenes.parse({"ball": BALL, "sprung": SPRUNG}.get(kind, ""))
@@ -212,7 +213,7 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
     if not terms:
         assert name == "reprojection"
         return
-    if name in ("force", "borne"):  # see `test_the_gradient_of_what_is_pushed`
+    if name in ("force", "moment", "borne"):  # see `test_the_gradient_of_what_is_pushed`
         return
     found = case(kind).with_terms(*(Sharp(term.weight, term) for term in terms))
     expected = loss_slopes(kind)[name]
@@ -220,8 +221,8 @@ def test_the_gradient_of_each_term_is_its_own(kind: str, name: str) -> None:
     assert_near(2 * found.gradient, expected, tolerance(kind))
 
 
+@pytest.mark.parametrize("name", ["force", "moment", "borne"])
 @pytest.mark.parametrize("kind", ["floor", "later", "camera"])
-@pytest.mark.parametrize("name", ["force", "borne"])
 def test_the_gradient_of_what_is_pushed(kind: str, name: str) -> None:
     here = case(kind)
     (term,) = (term for term in here.task.terms if term.name == name)

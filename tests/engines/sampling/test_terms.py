@@ -17,7 +17,7 @@ from simrecon.engines.sampling import terms
 from simrecon.engines.sampling.terms import LossTerm, Seen, Targets
 from simrecon.engines.sampling.terms.borne import Borne
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
-from simrecon.engines.sampling.terms.force import Force
+from simrecon.engines.sampling.terms.force import Force, Moment
 from simrecon.engines.sampling.terms.landmarks import Landmark, LandmarkVelocity, Reprojection, TotalVariation
 from simrecon.engines.sampling.terms.planted import Planted
 from simrecon.engines.sampling.terms.pose import JointLimit, Pose, Prior
@@ -223,6 +223,27 @@ def test_what_is_borne_is_force_and_moment_about_where_it_is_planned() -> None:
     assert Borne(1.0, np.array([1]), 100.0).value(sitting) == pytest.approx(0.5**2 + (0.5 * 0.2) ** 2)
 
 
+def test_moments_are_about_the_middle_of_each_foot() -> None:
+    points = np.zeros((2, 4, 3))
+    points[:, :2, 1], points[:, 2:, 1] = 0.1, -0.1  # heel and toe of the left foot, then of the right
+    points[:, 1::2, 0] = 0.2
+    rollout = seen(com=np.zeros((2, 3)))
+    planned = np.zeros((2, 2, 6))
+    planned[1, 0, :3] = np.cross([0.1, 0.1, 0.0], [0.0, 0.0, 300.0])  # 300 N under the middle
+    planned[1, 0, 5] = 300.0
+    term = Moment(1.0, 20.0, np.array([[0, 1], [2, 3]]))
+    targets = replace(rollout.targets, points_m=points, wrenches=planned)
+
+    def borne(place: tuple[float, float, float], newton: float) -> float:
+        felt = np.zeros((1, 2, 2, 6))
+        felt[0, 1, 0] = [*np.cross(place, [0.0, 0.0, newton]), 0.0, 0.0, newton]
+        return float(term.value(replace(rollout, wrenches=felt, targets=targets))[0])
+
+    assert borne((0.1, 0.1, 0.0), 300.0) == pytest.approx(0.0)
+    assert borne((0.1, 0.1, 0.0), 100.0) == pytest.approx(0.0)  # less, but there
+    assert borne((0.2, 0.1, 0.0), 300.0) == pytest.approx((300.0 * 0.1 / 20.0) ** 2)  # at the toe
+
+
 def test_planned_forces_are_means_since_the_frame_before(problem: Problem) -> None:
     pushed = np.zeros((len(problem.com_m), 2, 6))
     pushed[:, 0, 5] = np.arange(len(pushed)) ** 2
@@ -395,7 +416,7 @@ def test_a_weight_of_zero_and_a_missing_camera_switch_terms_off(problem: Problem
 
 def test_a_plan_without_forces_switches_their_term_off(problem: Problem) -> None:
     on = {term.name for term in terms.of_window(replace(problem, pushed=None, borne=None), 9)}
-    assert {term.name for term in terms.TERMS} - on == {"force", "borne"}
+    assert {term.name for term in terms.TERMS} - on == {"force", "moment", "borne"}
 
 
 def test_a_loss_without_terms_is_an_error(problem: Problem) -> None:

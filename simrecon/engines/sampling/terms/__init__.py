@@ -8,7 +8,7 @@ from __future__ import annotations
 from simrecon.engines.problem import Problem
 from simrecon.engines.sampling.terms.borne import Borne
 from simrecon.engines.sampling.terms.centre import ComPosition, ComVelocity
-from simrecon.engines.sampling.terms.force import Force
+from simrecon.engines.sampling.terms.force import Force, Moment
 from simrecon.engines.sampling.terms.landmarks import (
     Landmark,
     LandmarkVelocity,
@@ -35,6 +35,7 @@ TERMS: tuple[type[LossTerm], ...] = (
     Wished,
     Borne,
     Force,
+    Moment,
     Reprojection,
     JointLimit,
     Prior,
