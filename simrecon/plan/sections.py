@@ -155,7 +155,7 @@ class SoftContact:
     rest: float = number(1e-9, 1.0, default=1e-3)
     rate_per_s: float = number(1e-3, 1e6, default=5.0)
     place_m: float = number(1e-4, 1e3, default=0.03)
-    node_spacing_s: float = number(0.0, 60.0, default=0.0)
+    node_spacing_s: float = number(0.0, 60.0, default=0.1)
     lengths: bool = False
     kinematic: int = number(0, 1_000_000, default=0)
     curved_every: int = number(1, 1_000_000, default=25)
