@@ -36,7 +36,8 @@ def test_samples_are_of_different_modes_and_the_same_for_the_same_seed() -> None
     assert (net.modes, net.code) == (MODES, CODE)
     apart = np.abs(one[:, None] - one[None]).max(axis=(2, 3))
     assert (apart[~np.eye(14, dtype=bool)] > 0).all()
-    np.testing.assert_array_equal(one[:10], net.sample(CONTEXT_VALUES, 10, np.random.default_rng(5)))
+    fewer = net.sample(CONTEXT_VALUES, 10, np.random.default_rng(5))
+    np.testing.assert_allclose(one[:10], fewer, atol=1e-5)  # products of other sizes round otherwise
 
 
 def test_a_future_begins_where_the_context_ends() -> None:

@@ -27,8 +27,6 @@ from simrecon.planners.soft_contact.masses import Masses
 from simrecon.types import Array, IntArray
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
-BLOCK = 256
-"""Frames whose forces are found at once: more are no faster."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +124,9 @@ class Motion:
         force = push.sum(axis=0) - mass.sum() * GRAVITY
         return np.concatenate((force, forward.cross(arms, push).sum(axis=0)), axis=1)
 
-    def _arms(self, rows: IntArray, own: slice) -> Array:
-        """What unit forces on G' contacts add to force and moment in n' of the frames, (n', G', 6, 3)."""
-        arm = np.swapaxes(self.touching_m[rows, 1:-1][:, own] - self.com_m[1:-1][own], 0, 1)  # (n', G', 3)
+    def _arms(self, rows: IntArray) -> Array:
+        """What unit forces on G' contacts add to force and moment, (n, G', 6, 3)."""
+        arm = np.swapaxes(self.touching_m[rows, 1:-1] - self.com_m[1:-1], 0, 1)  # (n, G', 3)
         turning = rotations.skew(arm)
         arms = np.concatenate((np.broadcast_to(np.eye(3), turning.shape), turning), axis=2)
         return np.asarray(arms / self.world.sigma[:, None])
@@ -142,7 +140,7 @@ class Motion:
         return np.asarray(price.T / self.world.weight_N**2)
 
     def explained(self, rows: IntArray, start: Array | None = None) -> Explained:
-        """The best forces, of one block of frames after the other, for all at once take too much memory.
+        """The best forces.
 
         Args:
             rows: of the contacts that may push, as `within` has them.
@@ -152,22 +150,10 @@ class Motion:
         nearest = np.argmin(self.state.clearance_m[:, rows], axis=0)  # (G', T)
         friction = self.world.friction[nearest[:, 1:-1]].T
         cost, wanted = self._costs(rows)
+        found = forces.explain(self.wrench, self._arms(rows), cost, normals, friction, start, wanted)
         every = np.zeros((*self.cost.shape, 3))
-        residual, stiffness = np.empty_like(self.wrench), np.empty((len(self.wrench), 6, 6))
-        for begin in range(0, len(self.wrench), BLOCK):
-            own = slice(begin, begin + BLOCK)
-            found = forces.explain(
-                self.wrench[own],
-                self._arms(rows, own),
-                cost[own],
-                normals[own],
-                friction[own],
-                None if start is None else start[own],
-                None if wanted is None else wanted[own],
-            )
-            every[own, rows] = found.forces
-            residual[own], stiffness[own] = found.residual, found.stiffness
-        return Explained(every, residual, stiffness)
+        every[:, rows] = found.forces
+        return replace(found, forces=every)
 
     def _costs(self, rows: IntArray | slice) -> tuple[Array, Array | None]:
         """Prices (n, G') of contacts with what is asked of them, and forces (n, G', 3) times the latter."""
