@@ -4,7 +4,8 @@ usage: python -m tools.study.planned DATA [--planner centroidal] [--clips NAME .
            [--floor fitted]
 
 DATA holds `evidence` and `truth`. The fit is that of plan `quick`. Forces of the fit are those that its
-joints ask for, forces of the plan its own. Flight and contacts are those of the truth. Each cell: fit → plan.
+joints ask for, forces of the plan its own. Flight and contacts are those of the truth, and heights are over
+the person's own sole. Each cell: fit → plan.
 The last row has means over clips. With `--floor fitted` the fit has to find the floor as well, and heights
 are those over it (tables E3 and E4).
 """
@@ -20,15 +21,18 @@ from pathlib import Path
 import numpy as np
 
 from simrecon import evidence as readers
-from simrecon import kinematics, plan, planners
+from simrecon import kinematics, plan, planners, scene
 from simrecon.evaluation.accuracy import accuracy
 from simrecon.evaluation.comparison import Comparison, Track, comparison, track
+from simrecon.evaluation.configurations import foot_rest
+from simrecon.evaluation.fitted import TIMESTEP_S
 from simrecon.evaluation.plausibility import plausibility
 from simrecon.evidence import resample
 from simrecon.kinematics import world
 from simrecon.metrics import dynamics
 from simrecon.metrics.rates import at, covered_times
 from simrecon.metrics.truth import read_truth
+from simrecon.sim.models import compile_foreign
 from simrecon.types import KinematicFit, Reference, Scene
 
 FORCES = ("implied_grf_mean_pct", "implied_grf_max_pct", "implied_grf_ballistic_pct")
@@ -119,7 +123,8 @@ def mean(clips: list[Clip]) -> Clip:
 def scores(fit: KinematicFit, qpos: np.ndarray, on: Comparison) -> dict[str, float]:
     """Of joint configurations (T, nq) of the person."""
     marks = kinematics.configurations(fit.body, qpos)[1]
-    own = track(fit.times_s, fit.body.skeleton.point_names, marks, "motion")
+    model = compile_foreign(scene.build(fit.body.mjcf, fit.scene, TIMESTEP_S), "body")
+    own = track(fit.times_s, fit.body.skeleton.point_names, marks, "motion", foot_rest(model))
     values = (accuracy(own, on) | plausibility(own, on)).values
     return {**values, "feet_mm": feet_mm(own, on)}
 
