@@ -38,10 +38,10 @@ def main() -> None:
     print(f"{options.target}: {len(images)} frames, {options.target.stat().st_size // 1000} kB")
 
 
-def show(page: Page, folder: Path, size_px: tuple[int, int]) -> None:
+def show(page: Page, folder: Path, size_px: tuple[int, int], *, dark: bool = False) -> None:
     """Make the page of a result anew, and open it in a window of a size."""
     path = viewer.write(results.open_result(folder))
-    page.size(*size_px)
+    page.size(*size_px, dark=dark)
     page.open(path.resolve().as_uri(), READY)
 
 
