@@ -31,8 +31,8 @@ BENCH_M, BENCH_SIZE_M, BEFORE_HIPS_M = (0.38, 0.5), (0.44, 1.2), 0.2
 VARIED_RAD, SLACK_M = 0.12, 0.03
 """How much angles vary, and how far inside of what bears it the centre of mass is."""
 NEAR_PER_M, BALANCE_PER_M, ABOUT_PER_RAD, STEP = 50.0, 20.0, 0.7, 1e-5
-COUNTS = {"test": 6, "train": 15, "validation": 3}
-"""Motions of each part of the split; every third is on a bench."""
+COUNTS = {"test": 12, "train": 36, "validation": 6}
+"""Motions of each part of the split; every third is on a bench, the others begin with each posture in turn."""
 ANGLES = (
     *("pitch", "bend", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
     *("abduction", "left_reach", "right_reach", "elbow", "wrist"),
@@ -117,12 +117,12 @@ def motions() -> Iterator[tuple[str, Callable[[], tuple[Evidence, Scene]]]]:
     for part, count in COUNTS.items():
         for number in range(count):
             rng = np.random.default_rng([len(part), number])
-            yield f"grounded_{part}_{number:02d}", partial(_on_bench if number % 3 == 2 else _on_floor, rng)
+            floor = partial(_on_floor, rng, list(POSTURES)[number % len(POSTURES)])
+            yield f"grounded_{part}_{number:02d}", partial(_on_bench, rng) if number % 3 == 2 else floor
 
 
-def _on_floor(rng: np.random.Generator) -> tuple[Evidence, Scene]:
-    body, key = _person(rng), str(rng.choice(list(POSTURES)))
-    keys = [key]
+def _on_floor(rng: np.random.Generator, key: str) -> tuple[Evidence, Scene]:
+    body, keys = _person(rng), [key]
     for _ in range(3):
         keys.append(str(rng.choice(NEXT[keys[-1]])))
     found = [(POSTURES[key], _solved(body, POSTURES[key], 0.0, rng)) for key in keys]
