@@ -66,13 +66,6 @@ class Quadratic:
         step: Array = -linalg.cho_solve(factor, self._gradient, check_finite=False)
         return step
 
-    def samples(self, rise: float, sigma: float, normal: Array) -> Array:
-        """Samples (P, n) of the Gaussian of `root_covariance`, made of standard normal numbers (P, n)."""
-        precision = self._curvature * (len(self._gradient) / rise) + np.eye(len(self._gradient)) / sigma**2
-        lower = np.linalg.cholesky(precision)
-        moved: Array = linalg.solve_triangular(lower, normal.T, lower=True, trans="T", check_finite=False).T
-        return moved
-
     def root_covariance(self, rise: float, sigma: float) -> Array:
         """Symmetric root (n, n) of C = (2 J Jᵀ n / (2 rise) + 1 / sigma²)⁻¹.
 

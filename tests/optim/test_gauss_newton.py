@@ -98,9 +98,8 @@ def test_no_direction_is_sampled_beyond_sigma() -> None:
     assert deviations.min() < 1e-3
 
 
-def test_samples_have_the_covariance_of_the_root() -> None:
-    jacobian = RNG.normal(size=(6, 20))
-    quadratic = Quadratic(jacobian @ jacobian.T, np.zeros(6))
-    root = quadratic.root_covariance(rise=2.0, sigma=0.5)
-    factor = quadratic.samples(2.0, 0.5, np.eye(6))
-    np.testing.assert_allclose(factor.T @ factor, root @ root, rtol=1e-9, atol=1e-14)
+def test_a_curvature_that_rounding_made_indefinite_is_sampled() -> None:
+    curvature = np.diag([2e9, 600.0, 1.0, -560.0])
+    root = Quadratic(curvature, np.zeros(4)).root_covariance(rise=3.0, sigma=1.0)
+    assert np.isfinite(root).all()
+    np.testing.assert_allclose(root[3, 3], 1.0, rtol=1e-12)

@@ -52,7 +52,7 @@ class Population:
             rng: of the draws.
         """
         rise = RISE * max(_losses(task, simulator, x[None])[0], LEAST)
-        moves = quadratic.samples(rise, 1.0, rng.standard_normal((self.draws, len(x))))
+        moves = rng.standard_normal((self.draws, len(x))) @ quadratic.root_covariance(rise, 1.0)
         samples = np.concatenate((x[None], within(task, x + moves * task.deviations())))
         losses = _losses(task, simulator, samples)
         weights = np.exp(-np.maximum(losses - losses[0], 0.0) / rise)  # (P,), of infinite losses 0
