@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from simrecon import resources
 from simrecon.contact import features, stillness
 from simrecon.contact.cues import Cues, rows_of
-from simrecon.contact.parts import names
+from simrecon.contact.parts import HEELS, TOES, names
 from simrecon.geometry import camera as cameras
 from simrecon.io.npz import load
 from simrecon.types import Array, ContactLabels
 
 Single = NDArray[np.float32]
 SCHEMA = "simrecon.contact/1"
+YES, NO, SUREST = 1.3, 0.3, 0.98
+"""Weights of the rule of stillness where it says that a foot stands, and that it does not."""
 BLOCK = 500
 """Frames that are looked at at once, which bounds memory."""
 
@@ -68,7 +70,10 @@ def shipped() -> Network:
 
 
 def label(cues: Cues) -> ContactLabels:
-    """Labels by landmarks and the 3D estimate around each frame, or by the rules where those are surer.
+    """Labels by landmarks and the 3D estimate around each frame; those of feet hear the rule of stillness too.
+
+    What is still nearly always stands, but what stands does not always look still: the log-odds of the rule
+    are added to those of the network, more of a yes than of a no (docs/results/contacts.md).
 
     A camera that moves does not show what stands still: then the 3D estimate alone counts. Nor does an
     estimate that is not at its place in the world count.
@@ -83,7 +88,17 @@ def label(cues: Cues) -> ContactLabels:
     for start in range(0, len(image), BLOCK):
         frames = np.arange(start, min(start + BLOCK, len(image)))
         found[frames] = net(features.features(image, scores, joints, known, cues.interval_s, frames))
-    others = stillness.label(cues).probability.copy()
+    probability = stillness.label(cues).probability.copy()
     own = [names().index(part) for part in net.parts]
-    others[:, own] = np.fmax(others[:, own], found)
-    return ContactLabels(names(), others, "network")
+    feet = [net.parts.index(part) for part in (*HEELS, *TOES)]
+    rule = np.nan_to_num(_log_odds(probability[:, own][:, feet]))  # 0 where it says nothing
+    weighed = _log_odds(found[:, feet]) + YES * np.maximum(rule, 0.0) + NO * np.minimum(rule, 0.0)
+    found[:, feet] = 1 / (1 + np.exp(-weighed))
+    probability[:, own] = found
+    return ContactLabels(names(), probability, "network")
+
+
+def _log_odds(probability: Array) -> Array:
+    """Ln p / (1 - p), as if nothing were surer than `SUREST`."""
+    p = np.clip(probability, 1 - SUREST, SUREST)
+    return np.asarray(np.log(p / (1 - p)))

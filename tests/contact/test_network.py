@@ -10,7 +10,7 @@ import pytest
 
 from simrecon import contact, resources
 from simrecon.body import names
-from simrecon.contact import Cues, features, network
+from simrecon.contact import Cues, features, network, parts
 from simrecon.errors import InputError
 from simrecon.types import Array
 from tests.support import people
@@ -72,16 +72,32 @@ def cues(points: Array, fps: float, *, in_world: bool = True) -> Cues:
     return Cues(1 / fps, None, blank, blank[..., 0], joints, known, in_world)
 
 
-def test_the_shipped_network_says_how_surely_heels_and_toes_touch() -> None:
+def test_the_shipped_network_says_how_surely_each_part_touches() -> None:
     path = resources.folder("models") / "contact" / "network.npz"
     assert path.stat().st_size <= 300 * 1024
+    assert set(network.shipped().parts) == set(parts.names())
     found = contact.label(cues(walk(30.0), 30.0), "network")
     assert found.source == "network"
     for part in network.shipped().parts:
         assert 0.0 <= found.of(part).min() <= found.of(part).max() <= 1.0
-    rules = contact.label(cues(walk(30.0), 30.0))
-    np.testing.assert_array_equal(found.of("left_buttock"), rules.of("left_buttock"))
-    assert (found.of("left_heel") >= rules.of("left_heel")).all()  # what is still rests, too
+    for part in ("left_buttock", "right_hand", "left_knee", "back"):
+        assert found.of(part).max() < 0.5  # who walks does not sit, though the rule takes still hips for it
+
+
+def test_what_is_still_stands_more_surely_than_the_network_alone_says(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Log-odds of network and rule are added up; without a word of the rule the network's stay."""
+    own = network.shipped().parts
+    layer = (np.zeros((len(own), features.COUNT), np.float32), np.zeros(len(own), np.float32))
+    monkeypatch.setattr(network, "shipped", lambda: network.Network((layer,), own))
+    still = cues(np.repeat(walk(30.0)[:1], 61, axis=0), 30.0)
+    found, rules = contact.label(still, "network"), contact.label(still)
+    odds = np.clip(rules.of("left_heel"), 1 - network.SUREST, network.SUREST)
+    expected = 1 / (1 + (1 / odds - 1) ** network.YES)
+    assert (rules.of("left_heel") > 0.5).all()
+    np.testing.assert_allclose(found.of("left_heel"), expected)
+    np.testing.assert_allclose(found.of("left_hand"), 0.5)
 
 
 def test_a_person_who_stands_stands_and_one_who_runs_by_mostly_does_not() -> None:

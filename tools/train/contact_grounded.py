@@ -31,7 +31,7 @@ BENCH_M, BENCH_SIZE_M, BEFORE_HIPS_M = (0.38, 0.5), (0.44, 1.2), 0.2
 VARIED_RAD, SLACK_M = 0.12, 0.03
 """How much angles vary, and how far inside of what bears it the centre of mass is."""
 NEAR_PER_M, BALANCE_PER_M, ABOUT_PER_RAD, STEP = 50.0, 20.0, 0.7, 1e-5
-COUNTS = {"test": 12, "train": 36, "validation": 6}
+COUNTS = {"test": 12, "train": 60, "validation": 15}
 """Motions of each part of the split; every third is on a bench, others begin with each posture in turn."""
 ANGLES = (
     *("pitch", "bend", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),

@@ -1,11 +1,11 @@
 """Trains the contact networks, ours and that of Rempe 2020, and makes the tables of docs/results/contacts.md.
 
-usage: python -m tools.train.contacts MOCAP CMU --work DIR [--seed 0] [--epochs 30] [--labels heuristic]
+usage: python -m tools.train.contacts MOCAP CMU --work DIR [--seed 0] [--epochs 30] [--labels force]
                                       [--network FILE]                      (needs the extra [train])
 
 MOCAP is the folder of the recordings, CMU the one with the unpacked archive of the CMU database. Our own
-network learns heels and toes from the heuristic of the paper, as that which ships did, or, with `--labels
-force`, all parts from forces, of motions that are simulated (`contact_simulated`, some 25 minutes of a core).
+network learns all parts from forces, of motions that are simulated (`contact_simulated`, some 35 minutes of
+a core), or, with `--labels heuristic`, heels and toes from the heuristic of the paper.
 Simulated and fitted motions are kept in the working folder. The network is written to
 models/contact/network.npz, or FILE, the figures to DIR/contacts_all.json.
 """
@@ -35,7 +35,7 @@ from tools.train.contact_views import View
 RATES_HZ = (24.0, 25.0, 30.0, 50.0, 60.0)
 HIDDEN, DROPOUT_BEFORE = {"heuristic": (64, 64), "force": (96, 64)}, 2
 """Of our own network, by its labels."""
-VIDEOS = {"train": 2500, "validation": 200, "test": 300}
+VIDEOS = {"train": 8000, "validation": 400, "test": 300}
 FEET = len(contact_motions.FEET)
 PARTS = {"heuristic": part_names()[:FEET], "force": part_names()}
 """Of the network, by its labels: in the recordings other parts touch too rarely to be learned."""
@@ -56,7 +56,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--epochs", type=int, default=EPOCHS, help=f"of each training at most [{EPOCHS}]")
     parser.add_argument("--only", choices=("own", "paper"), default=None)
-    parser.add_argument("--labels", choices=tuple(PARTS), default="heuristic", help="[%(default)s]")
+    parser.add_argument("--labels", choices=tuple(PARTS), default="force", help="[%(default)s]")
     parser.add_argument("--network", type=Path, default=NETWORK, help="to write [that which ships]")
     options = parser.parse_args()
     torch.manual_seed(options.seed)
