@@ -1,10 +1,11 @@
 """What a camera that nobody knows costs: each clip of a suite with its camera, and with that hidden.
 
 usage: python -m tools.study.unknown_camera SUITE --data DATA -o OUT.json [--clips NAME ...] [--plan NAME]
+                                            [--lens]
 
 Prints a line for each clip: how far focal length, floor and stature are off, and the error (mm) with the
 first frame aligned, with the camera known, with it hidden, and their ratio. OUT.json keeps what was measured;
-fits with the camera known are taken from it.
+fits with the camera known are taken from it. With --lens only the camera's place is hidden.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -64,12 +65,13 @@ class Measured:
         return self.aligned_mm[0] / self.aligned_mm[1]
 
 
-def measure(task: BenchmarkTask, known: tuple[float, float] | None) -> Measured:
+def measure(task: BenchmarkTask, known: tuple[float, float] | None, *, lens: bool) -> Measured:
     """Fit a clip with its camera hidden, and with it.
 
     Args:
         task: the clip.
         known: stature and error with the camera, if they were measured before.
+        lens: whether the lens is known all the same.
     """
     file, truth = material.files(task)
     plan = plans.read(task.plan)
@@ -86,7 +88,8 @@ def measure(task: BenchmarkTask, known: tuple[float, float] | None) -> Measured:
     if known is None:
         whole = fit(seen)
         known = primitives.upright_m(whole.body), _aligned_mm(whole, truth)
-    blind = world.placed(fit(readers.unknown_camera(seen)), real)
+    hidden = replace(seen, camera=Camera(real.lens)) if lens else readers.unknown_camera(seen)
+    blind = world.placed(fit(hidden), real)
     found = blind.camera
     if found is None:
         raise ValueError(f"{task.clip.name}: the fit has no camera")
@@ -146,6 +149,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--clips", nargs="*")
     parser.add_argument("--plan")
+    parser.add_argument("--lens", action="store_true")
     options = parser.parse_args()
     chosen = suite.read(options.suite)
     if options.plan:
@@ -159,7 +163,7 @@ def main() -> None:
         task = BenchmarkTask(chosen, clip, chosen.variant[0], 0, options.data, options.output.parent)
         kept = before.get(clip.name)
         known = None if kept is None else (kept["stature_m"][1], kept["aligned_mm"][1])
-        done.append(measure(task, known))
+        done.append(measure(task, known, lens=options.lens))
         before[clip.name] = asdict(done[-1])
         atomic.write_json(options.output, before)
         print(line(clip.name, done[-1]), flush=True)
