@@ -11,7 +11,8 @@ import numpy as np
 from simrecon import body as bodies
 from simrecon import trust
 from simrecon.contact import wishes
-from simrecon.kinematics import bones, falling, floor, lens, person, search, terms, wishing, world
+from simrecon.geometry import camera as cameras
+from simrecon.kinematics import bones, falling, floor, lens, person, search, terms, tilt, wishing, world
 from simrecon.kinematics.contacts import contact_points
 from simrecon.kinematics.curvature import curvature
 from simrecon.kinematics.layout import Variables
@@ -23,7 +24,7 @@ from simrecon.kinematics.spread import spread
 from simrecon.kinematics.start import start
 from simrecon.plan import Kinematics
 from simrecon.system import blas
-from simrecon.types import ContactWish, Evidence, KinematicFit, Scene
+from simrecon.types import Array, ContactWish, Evidence, KinematicFit, Scene
 
 LENS_EVALUATIONS = 80
 """Of each fit with a focal length that is tried."""
@@ -37,7 +38,7 @@ def fit(
     request: bodies.ShapeRequest | None = None,
     asked: Sequence[ContactWish] = (),
 ) -> KinematicFit:
-    """Fit shape scale, root and joint angles of all frames to the evidence, and a lens that nobody knows.
+    """Fit shape scale, root and joint angles of all frames to the evidence, and a camera that nobody knows.
 
     Who falls before a camera that nobody has placed is fitted again, as tall as the fall says.
 
@@ -55,10 +56,24 @@ def fit(
     evidence = lens.estimated(
         evidence, lambda tried: _fitted(tried, scene, brief, request, (), spreads=False)
     )
-    fitted = _fitted(evidence, scene, plan, request, asked)
+    lean = None
+    if _unplaced(evidence, scene):
+        lean = tilt.estimated(
+            evidence,
+            lambda part, tried: _fitted(part, scene, brief, request, (), lean=tried, spreads=False),
+        )
+    fitted = _fitted(evidence, scene, plan, request, asked, lean=lean)
     if (height_m := falling.stature_m(evidence, fitted)) is None:
         return fitted
-    return _fitted(replace(evidence, height_m=height_m), scene, plan, request, asked)
+    return _fitted(replace(evidence, height_m=height_m), scene, plan, request, asked, lean=lean)
+
+
+def _unplaced(evidence: Evidence, scene: Scene) -> bool:
+    """Whether landmarks are of a camera whose place and tilt the fit finds."""
+    camera = evidence.camera
+    if camera is None or camera.path is not None or not evidence.keypoint_names:
+        return False
+    return floor.known(evidence, scene, trust.of(evidence)) not in ("scene", "level")
 
 
 def _fitted(
@@ -68,9 +83,10 @@ def _fitted(
     request: bodies.ShapeRequest | None,
     asked: Sequence[ContactWish],
     *,
+    lean: Array | None = None,
     spreads: bool = True,
 ) -> KinematicFit:
-    """The fit through a lens that is known, or taken for known."""
+    """The fit through a lens that is known, or taken for known, of a camera with a tilt (2,)."""
     worth = trust.of(evidence)
     known = floor.known(evidence, scene, worth)
     skeleton, shape, tall = person.measured(evidence, request, plan, worth, floor=known)
@@ -94,7 +110,8 @@ def _fitted(
             problem = replace(full, scene=floor.laid(scene, floor.height_m(problem, variables, parts)))
         else:
             own = evidence.joints_frame == "world"
-            transform = floor.transform(problem, variables, parts, world=own)
+            turned = tilt.turned(lean, cameras.extrinsics(camera)[0]) if lean is not None and camera else None
+            transform = floor.transform(problem, variables, parts, world=own, turned=turned)
             camera = world.moved(camera, transform)
             problem = replace(
                 full,

@@ -57,7 +57,14 @@ def height_m(problem: Problem, variables: Variables, parts: tuple[Primitive, ...
     return ground.level(*skin, problem.observations.standing[:, rows])
 
 
-def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ...], *, world: bool) -> Array:
+def transform(
+    problem: Problem,
+    variables: Variables,
+    parts: tuple[Primitive, ...],
+    *,
+    world: bool,
+    turned: Array | None = None,
+) -> Array:
     """Transform (4, 4) that brings the ground under the person to the scene's (Gärtner 2022, eq. 7).
 
     The person is turned upright first (`upright`); where that is sure, the plane is level.
@@ -67,12 +74,13 @@ def transform(problem: Problem, variables: Variables, parts: tuple[Primitive, ..
         variables: its solution.
         parts: primitives of the unscaled body.
         world: whether the 3D estimate is in a world of its own, whose up is taken for about right.
+        turned: a rotation (3, 3) before that (`tilt`), by which up is known: the plane is level.
     """
     up = upright.find(State(problem, variables), world=world)
     turn = np.eye(4)
-    turn[:3, :3] = up.turn
-    skin = [points @ up.turn.T for points in _skin(problem, variables, parts, _spread(problem.frames))]
-    tilt = not world and up.sigma_rad > upright.SURE_RAD
+    turn[:3, :3] = up.turn if turned is None else up.turn @ turned
+    skin = [points @ turn[:3, :3].T for points in _skin(problem, variables, parts, _spread(problem.frames))]
+    tilt = turned is None and not world and up.sigma_rad > upright.SURE_RAD
     move = ground.transform(*skin, tilt=tilt, scene=problem.scene) @ turn
     move[2, 3] += problem.scene.ground.height_m
     return move

@@ -44,7 +44,7 @@ def estimated(evidence: Evidence, fit: Callable[[Evidence], KinematicFit]) -> Ev
         return evidence
     if not cameras.is_still(camera):  # its path is that of its lens
         return evidence
-    part, sigma = _part(evidence), camera.lens.focal_sigma
+    part, sigma = middle(evidence), camera.lens.focal_sigma
     offsets = sigma * np.array(STEPS)
     left = [_left(fit(replace(part, camera=scaled(part.camera, np.exp(x), 0.0)))) for x in offsets]
     offset, deviation = most_probable(offsets, np.array(left), sigma)
@@ -84,7 +84,7 @@ def _left(fit: KinematicFit) -> float:
     return float(sum(fit.loss.get(name, 0.0) for name in TERMS))
 
 
-def _part(evidence: Evidence) -> Evidence:
+def middle(evidence: Evidence) -> Evidence:
     """The middle of the clip, at a rate that steps and swings can be seen at."""
     interval = float(evidence.times_s[1] - evidence.times_s[0])
     every = max(1, int(1 / (RATE_HZ * interval) + 1e-6))
