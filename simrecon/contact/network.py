@@ -70,7 +70,7 @@ def shipped() -> Network:
 
 
 def label(cues: Cues) -> ContactLabels:
-    """Labels by landmarks and the 3D estimate around each frame; those of feet hear the rule of stillness too.
+    """Labels by landmarks and the 3D estimate around each frame; of feet with the rule of stillness.
 
     What is still nearly always stands, but what stands does not always look still: the log-odds of the rule
     are added to those of the network, more of a yes than of a no (docs/results/contacts.md).
