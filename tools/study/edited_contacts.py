@@ -56,7 +56,7 @@ CASES = {
         "a seat, on the suggested bench",
         "opencap_STS_wham",
         _all(SEAT, touch=((0.0, 0.8),)),
-        {"suggest": True, "reading": Reading(to_s=2.0)},
+        {"suggest": True, "reading": Reading(to_s=5.0)},
     ),
     "never": Case("never", "synth_getup_faceup", _all(("right_hand",), free=((0.0, 1.5),)), {}),
 }
