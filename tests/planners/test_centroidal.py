@@ -12,14 +12,17 @@ from simrecon import evidence as readers
 from simrecon import kinematics, plan, planners, resources
 from simrecon import scene as scenes
 from simrecon.evidence import resample
+from simrecon.planners.centroidal import phases
 from simrecon.planners.centroidal.inputs import inputs
+from simrecon.planners.centroidal.phases import Phase
 from simrecon.planners.centroidal.settings import Solver, chosen, settings
 from simrecon.types import Array, Friction, Ground, KinematicFit, Reference, Scene
 from tests.support import rigid
 
 ca = pytest.importorskip("casadi", reason="needs CasADi: install the extra centroidal")
 
-from simrecon.planners.centroidal import geometric, stages  # noqa: E402
+from simrecon.planners.centroidal import geometric, limbs, stages  # noqa: E402
+from simrecon.planners.centroidal.model import model  # noqa: E402
 from simrecon.planners.centroidal.planned import Planned, at_frames  # noqa: E402
 from simrecon.planners.centroidal.residual import wrench  # noqa: E402
 from simrecon.planners.centroidal.rotation import momentum, rotation, turning  # noqa: E402
@@ -47,6 +50,23 @@ def test_a_jump_converges_and_nothing_is_broken(jump: Solved, jumped: Planned) -
     assert jump.end.converged
     assert jumped.notes == ()
     assert np.linalg.norm(jumped.com_m - jumped.input_com_m, axis=1).max() < 0.25  # who jumps crouches first
+
+
+def test_ends_of_phases_that_move_leave_the_unknowns_as_they_are() -> None:
+    """A search goes on from unknowns that were found with other ends."""
+    made = inputs(rigid.jump(), settings())
+    before = tuple(target.touching.phases for target in made.targets)
+    longer = tuple(
+        phases.moved(own, np.array([p.end_s for p in own[:-1]]) + np.linspace(-0.15, 0.15, len(own) - 1))
+        for own in before
+    )
+    counts = [model(made, settings(), each, free=False).unknowns.count for each in (before, longer)]
+    assert counts[0] == counts[1]
+
+
+def test_a_long_flight_has_more_cubics() -> None:
+    short, long = (limbs.pieces(Phase(False, 0.0, end), settings().polynomials) for end in (0.3, 1.75))
+    assert (short, long) == (6, 18)
 
 
 def test_the_flight_is_a_parabola_without_force(jumped: Planned) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
+
 import numpy as np
 
 from simrecon.io.messages import counted
@@ -13,8 +16,8 @@ from simrecon.types import Array, Flags, KinematicFit
 
 FRAME_S = 1 / 30
 """Of the evidence that a label is; of more frames a second each counts for less."""
-NEVER = 1e6
-"""Evidence against contact with what is far."""
+CERTAIN = 1e6
+"""Evidence of what must be, and against contact with what is far."""
 SMOOTH_S = 0.05
 """Of the centre of mass, before its acceleration is taken."""
 
@@ -25,7 +28,9 @@ def contacts(
     """Flags (P, T), and in words what is not as labelled.
 
     Contact far from everything is dropped, and that of a point which moves is cut (`resting`). Where nothing
-    touches and yet something carries the person, what is lowest does; where too few do, what is near.
+    touches and yet something carries the person, what is lowest does; where too few do, what is near. Where
+    all of that moves too much to rest, the point rests that moves least: who lands while a foot of the fit
+    still slides would else fall on, and be caught too late by forces as large as it takes.
 
     Args:
         fit: with labels.
@@ -43,32 +48,65 @@ def contacts(
         for point, own, away in zip(points, far, np.abs(apart_m), strict=True)
         if own.any()
     ]
-    known = np.stack([evidence(own, rules.contact) for own in labels]) - np.where(far, NEVER, 0.0)
+    known = np.stack([evidence(own, rules.contact) for own in labels]) - np.where(far, CERTAIN, 0.0)
     frame_s = float(fit.times_s[1] - fit.times_s[0])
     share = frame_s / FRAME_S  # of the evidence of a frame at 30 Hz
     costs = Costs(
         rules.spread_m / np.sqrt(share), rules.cut, max(1, int(np.ceil(rules.shortest_s / frame_s - 1e-6)))
     )
-    flags = np.stack([resting(share * own, place, costs) for own, place in zip(known, places_m, strict=True)])
-    under = _under(flags, apart_m, load(com_m, frame_s), rules)
-    for row in np.flatnonzero(under.any(axis=1)):
-        flags[row] = resting(share * np.where(under[row], SURE, known[row]), places_m[row], costs)
+
+    def rested(row: int, evidence_: Array) -> tuple[Flags, float]:
+        return resting(share * evidence_, places_m[row], costs)
+
+    flags = np.stack([rested(row, own)[0] for row, own in enumerate(known)])
+    needed = load(com_m, frame_s)
+    under = _under(flags, apart_m, needed, rules)
+    for row in np.flatnonzero(under.any(axis=1)).tolist():
+        known[row, under[row]] = SURE
+        flags[row] = rested(row, known[row])[0]
+    for run in _runs(_hangs(flags, apart_m, needed, rules)):
+        rows = np.flatnonzero(_lowest(apart_m, rules)[:, run].any(axis=1)).tolist()
+        row = min(rows, key=lambda row: _dearer(partial(rested, row), known[row], run))
+        known[row, run], under[row, run] = CERTAIN, True
+        flags[row] = rested(row, known[row])[0]
     if under.any():
         notes.append(_carried(points, under, fit.times_s))
     return flags, notes
 
 
+def _dearer(rested: Callable[[Array], tuple[Flags, float]], known: Array, run: Flags) -> float:
+    """What it costs that a point with evidence (T,) rests in a run of frames, whatever the evidence there."""
+    return rested(np.where(run, CERTAIN, known))[1] - rested(known)[1]
+
+
+def _hangs(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Flags:
+    """Frames (T,) in which nothing touches, and yet something near carries the person."""
+    return np.asarray(~flags.any(axis=0) & (load_ > rules.carried) & (apart_m.min(axis=0) < rules.near_m))
+
+
+def _lowest(apart_m: Array, rules: PhaseRules) -> Flags:
+    """Points that are as low as the lowest, (P, T)."""
+    return np.asarray(apart_m < apart_m.min(axis=0) + rules.level_m)
+
+
+def _runs(flags: Flags) -> Iterator[Flags]:
+    """One for each run of frames (T,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
+    for start, end in edges.reshape(-1, 2):
+        yield (np.arange(len(flags)) >= start) & (np.arange(len(flags)) < end)
+
+
 def _under(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Flags:
     """What carries the person beside what is labelled (P, T), under a load (T,) in body weights.
 
-    What is lowest where nothing touches; all that is near where what touches cannot bear so much.
+    What is lowest where nothing touches; where what touches cannot bear so much, as many as it takes of what
+    is near, the lowest first.
     """
-    lowest = apart_m.min(axis=0)
-    hangs = ~flags.any(axis=0) & (load_ > rules.carried) & (lowest < rules.near_m)
-    heavy = flags.any(axis=0) & (load_ > rules.borne * flags.sum(axis=0))
-    return np.asarray(
-        (hangs & (apart_m < lowest + rules.level_m)) | (heavy & ~flags & (apart_m < rules.near_m))
-    )
+    hangs = _hangs(flags, apart_m, load_, rules) & _lowest(apart_m, rules)
+    missing = np.where(flags.any(axis=0), np.ceil(load_ / rules.borne) - flags.sum(axis=0), 0.0)
+    order = np.argsort(np.argsort(np.where(flags, np.inf, apart_m), axis=0), axis=0)
+    heavy = ~flags & (order < missing) & (apart_m < rules.near_m)
+    return np.asarray(hangs | heavy)
 
 
 def _carried(points: list[Point], under: Flags, times_s: Array) -> str:

@@ -59,9 +59,8 @@ class Timing:
 
 
 def pieces(phase: Phase, settings: Polynomials) -> int:
-    """Cubics of a phase: more of them where it is long."""
-    more = int(np.ceil(settings.per_phase * phase.length_s / settings.phase_s))
-    return max(settings.per_phase, more)
+    """Cubics of a phase, by its length in the input: ends that move leave their number as it is."""
+    return max(settings.per_phase, int(np.ceil(phase.length_s / settings.piece_s - 1e-6)))
 
 
 def place(
@@ -76,7 +75,7 @@ def place(
         else None
         for phase in phases
     ]
-    counts = [1 if phase.contact else pieces(phase, settings) for phase in phases]
+    counts = [1 if phase.contact else pieces(phase, settings) for phase in target.touching.phases]
     ends, numbers, owner = timing.cut(counts)
     for i, (own, count) in enumerate(zip(rest, counts, strict=True)):
         if own is not None:
@@ -106,7 +105,7 @@ def force(
 ) -> tuple[Curve, IntArray]:  # fmt: skip
     """The forces: zero in flight, and where it begins and ends."""
     name, nodes = f"{target.point.name}_force", Nodes()
-    counts = [pieces(phase, settings) if phase.contact else 1 for phase in phases]
+    counts = [pieces(phase, settings) if phase.contact else 1 for phase in target.touching.phases]
     ends, numbers, owner = timing.cut(counts)
     for i, (phase, count) in enumerate(zip(phases, counts, strict=True)):
         if not phase.contact:

@@ -40,8 +40,8 @@ def evidence(probability: Array, threshold: float) -> Array:
     return np.asarray(np.clip(odds[0] - odds[1], -SURE, SURE))
 
 
-def resting(evidence_: Array, places_m: Array, costs: Costs) -> Flags:
-    """Frames (T,) in which a point rests.
+def resting(evidence_: Array, places_m: Array, costs: Costs) -> tuple[Flags, float]:
+    """Frames (T,) in which a point rests, and what they cost.
 
     Args:
         evidence_: (T,) of contact.
@@ -65,7 +65,7 @@ def resting(evidence_: Array, places_m: Array, costs: Costs) -> Flags:
             total = best[1 - kind, starts] + own + costs.cut * (starts > 0)
             row = int(np.argmin(total))
             best[kind, end], begin[kind, end] = total[row], starts[row]
-    return _traced(best, begin)
+    return _traced(best, begin), float(best[:, count].min())
 
 
 def _starts(end: int, count: int, fewest: int) -> Array:

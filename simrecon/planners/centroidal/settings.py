@@ -16,7 +16,7 @@ class Polynomials:
 
     com_s: float = number(0.01, 1.0)
     per_phase: int = number(1, 100)
-    phase_s: float = number(0.1, 60.0)
+    piece_s: float = number(0.01, 60.0)
 
 
 @dataclass(frozen=True)
