@@ -108,9 +108,22 @@ def test_labels_that_contradict_the_floor_are_dropped_and_said() -> None:
     high = rigid.fit(np.tile([0.0, 0.0, 0.25], (30, 1)), np.ones(30))
     found = made(high)
     assert all(not phase.contact for target in found.targets for phase in target.touching.phases)
-    assert len(found.notes) == len(rigid.FEET)
+    assert len(found.notes) == len(rigid.FEET) + 1
     assert "left toe: labelled as in contact at 0.00 to 0.97 s, but up to 25 cm" in found.notes[0]
     assert not made(rigid.jump()).notes
+
+
+def test_a_clip_without_contact_is_said() -> None:
+    flies = made(rigid.fit(np.tile([0.0, 0.0, 2.0], (19, 1)), np.zeros(19)))
+    assert flies.notes == ("nothing is in contact in the whole clip; planned as one flight, a parabola",)
+
+
+def test_who_hangs_in_the_air_for_a_while_is_said() -> None:
+    """Something that nobody told the scene of carries the person."""
+    rise = np.interp(np.arange(40), [10, 16], [0.0, 0.5])
+    found = made(rigid.fit(np.column_stack((np.zeros((40, 2)), rise)), np.where(rise < 0.01, 1.0, 0.0)))
+    assert "the person does not fall at" in found.notes[-1]
+    assert "to 1.30 s, but nothing within 6 cm is there to carry it" in found.notes[-1]
 
 
 def test_hands_that_touch_are_points_too() -> None:

@@ -71,6 +71,12 @@ def contacts(
         flags[row] = rested(row, known[row])[0]
     if under.any():
         notes.append(_carried(points, under, fit.times_s))
+    if not flags.any():
+        notes.append("nothing is in contact in the whole clip; planned as one flight, a parabola")
+    else:
+        falls = ~flags.any(axis=0) & (needed > rules.carried)
+        long = [run for run in _runs(falls) if run.sum() >= costs.fewest]
+        notes += [_falls(run, rules, fit.times_s) for run in long]
     return flags, notes
 
 
@@ -118,6 +124,14 @@ def _carried(points: list[Point], under: Flags, times_s: Array) -> str:
     return (
         f"too little is labelled as in contact to carry the person in {count} at {first:.2f} to "
         f"{last:.2f} s; taken as in contact: {names}"
+    )
+
+
+def _falls(run: Flags, rules: PhaseRules, times_s: Array) -> str:
+    first, last = times_s[run][[0, -1]]
+    return (
+        f"the person does not fall at {first:.2f} to {last:.2f} s, but nothing within "
+        f"{100 * rules.near_m:.0f} cm is there to carry it; planned as flight there"
     )
 
 
