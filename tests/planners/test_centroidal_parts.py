@@ -123,7 +123,7 @@ def test_who_hangs_in_the_air_for_a_while_is_said() -> None:
     rise = np.interp(np.arange(40), [10, 16], [0.0, 0.5])
     found = made(rigid.fit(np.column_stack((np.zeros((40, 2)), rise)), np.where(rise < 0.01, 1.0, 0.0)))
     assert "the person does not fall at" in found.notes[-1]
-    assert "to 1.30 s, but nothing within 6 cm is there to carry it" in found.notes[-1]
+    assert "to 1.30 s, but nothing rests within 6 cm to carry it" in found.notes[-1]
 
 
 def test_hands_that_touch_are_points_too() -> None:

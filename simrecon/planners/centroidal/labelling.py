@@ -64,6 +64,7 @@ def contacts(
     for row in np.flatnonzero(under.any(axis=1)).tolist():
         known[row, under[row]] = SURE
         flags[row] = rested(row, known[row])[0]
+    # once each: where a point that rests here now moves instead, it flies
     for run in _runs(_hangs(flags, apart_m, needed, rules)):
         rows = np.flatnonzero(_lowest(apart_m, rules)[:, run].any(axis=1)).tolist()
         row = min(rows, key=lambda row: _dearer(partial(rested, row), known[row], run))
@@ -130,8 +131,8 @@ def _carried(points: list[Point], under: Flags, times_s: Array) -> str:
 def _falls(run: Flags, rules: PhaseRules, times_s: Array) -> str:
     first, last = times_s[run][[0, -1]]
     return (
-        f"the person does not fall at {first:.2f} to {last:.2f} s, but nothing within "
-        f"{100 * rules.near_m:.0f} cm is there to carry it; planned as flight there"
+        f"the person does not fall at {first:.2f} to {last:.2f} s, but nothing rests within "
+        f"{100 * rules.near_m:.0f} cm to carry it; planned as flight there"
     )
 
 
