@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeGuard
@@ -9,7 +10,7 @@ from typing import Any, TypeGuard
 from simrecon.batch import journal
 from simrecon.batch.journal import Places
 from simrecon.errors import InputError
-from simrecon.results import whole
+from simrecon.results import verdict, whole
 
 _NUMBERS = ("fallback", "frames", "video_s", "wall_s")
 
@@ -52,7 +53,7 @@ def damage(places: Places, name: str, *, hashes: bool = False) -> str:
     """What is wrong with the result of a clip that is done, in a few words; nothing is `""`."""
     found = read(places, name)
     if found is None:
-        return "its record is damaged" if places.record(name).is_file() else ""
+        return "its record is damaged" if os.path.lexists(places.record(name)) else ""
     return whole.damage(places.result(name), found.files, hashes=hashes)
 
 
@@ -73,9 +74,10 @@ def _fit(figures: Any) -> TypeGuard[dict[str, Any]]:
     """Whether figures are of the types that are shown."""
     if not isinstance(figures, dict) or not isinstance(figures.get("verdict"), str):
         return False
-    numbers = [*(figures.get(name) for name in _NUMBERS), figures.get("loss") or 0.0]
+    numbers = [figures.get(name) for name in _NUMBERS]
     metrics = figures.get("metrics")
     if not isinstance(metrics, dict) or not isinstance(figures.get("fell"), bool):
         return False
-    numbers += [0.0 if value is None else value for value in metrics.values()]
-    return all(journal.is_number(value) for value in numbers) and isinstance(figures.get("quality", ""), str)
+    numbers += [0.0 if value is None else value for value in (figures.get("loss"), *metrics.values())]
+    known = figures.get("quality", verdict.GOOD) in verdict.LEVELS
+    return known and all(journal.is_number(value) for value in numbers)

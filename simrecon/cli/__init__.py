@@ -80,10 +80,15 @@ def _status(words: list[str]) -> int:
 
 
 def _leads_nowhere(error: Exception) -> bool:
-    """Whether the system can't follow a path that was given: a name is too long, or links go in a circle."""
+    """Whether the system can't follow a path that was given: its name, its links, or who may go there."""
     if isinstance(error, RuntimeError):  # `Path.resolve` before Python 3.13
         return str(error).startswith("Symlink loop")
-    return isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ELOOP)
+    if isinstance(error, ValueError):  # of the system's calls
+        return str(error).startswith("embedded null ")
+    if not isinstance(error, OSError):
+        return False
+    gone = error.errno == errno.ENOENT and error.filename is None  # the folder that the user is in
+    return gone or error.errno in (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM)
 
 
 def _interrupted(error: KeyboardInterrupt) -> int:

@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 from simrecon.errors import InputError
 from simrecon.io.messages import hint
+from simrecon.io.paths import is_usable
 
 
 class Parser(argparse.ArgumentParser):
@@ -47,6 +48,14 @@ class Parser(argparse.ArgumentParser):
             if flag.startswith("--") and flag not in self._option_string_actions:
                 known = [name for name in self._option_string_actions if name.startswith("--")]
                 self.error(f"unknown option {flag}{hint(flag, known)}")
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """Refuse a blank word where a path or a name is asked for."""
+        if action.type is None and action.choices is None and not is_usable(arg_string):
+            raise argparse.ArgumentError(
+                action, f"found {arg_string!r}; valid: {action.metavar or action.dest}"
+            )
+        return super()._get_value(action, arg_string)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse a word that is none of the choices, with the one that may be meant."""

@@ -35,7 +35,7 @@ def _verify(parsed: argparse.Namespace) -> int:
     found = records.verify(Places(Path(parsed.folder)))
     damaged = {name: words for name, words in found.items() if words}
     for name, words in damaged.items():
-        print(f"damaged   {printable(name)}: {words}")
+        print(f"damaged   {printable(name)}: {printable(words)}")
     advice = "; the same `simrecon batch` with --verify makes them anew" if damaged else ""
     print(f"{len(found) - len(damaged)} of {counted(len(found), 'result')} as written{advice}")
     return EXIT_FAILED if damaged else 0

@@ -34,12 +34,12 @@ def add(commands: Any) -> None:
 
 def _look(parsed: argparse.Namespace) -> int:
     path = Path(parsed.input)
-    target = Path(parsed.output or path.with_suffix(".png"))
-    if target.suffix.lower() != ".png":
-        raise InputError(f"{target}: is no .png; valid: a name that ends in .png")
     content = open_content(path)
     if content.kind != "video":
         raise content.fail("content", content.kind, "a video")
+    target = Path(parsed.output or path.with_suffix(".png"))
+    if target.suffix.lower() != ".png":
+        raise InputError(f"{target}: is no .png; valid: a name that ends in .png")
     reading = with_options(Job(parsed.input, ""), options.given(parsed)).reading
     with Stages() as stages:
         detected, asked = looking.look(

@@ -10,6 +10,7 @@ from simrecon.body import clothed
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.exports import picture
+from simrecon.results import open_result
 
 
 def add(commands: Any) -> None:
@@ -29,7 +30,7 @@ def add(commands: Any) -> None:
 
 
 def _picture(options: argparse.Namespace) -> int:
-    folder = Path(options.result).resolve()
+    folder = open_result(options.result).folder.resolve()
     target = Path(options.output or folder.with_name(f"{folder.name}.png"))
     pairs = zip(picture.write(options.result, target, options.at, options.style), options.at, strict=True)
     shown = (f"{frame} ({word if word in picture.WORDS else f'at {word} s'})" for frame, word in pairs)

@@ -78,7 +78,9 @@ def read(path: Path) -> Fitted:
     scene = scenes.parse(str(arrays.array("scene")), path)
     model = compile_foreign(str(arrays.array("mjcf")), f"{path}: mjcf")
     shape = configurations(model, scene, with_items_at_rest(model, qpos), parts, names)
-    pixels = arrays.array("reprojection_px").astype(np.float64)
+    pixels = arrays.array("reprojection_px")
+    if pixels.size:  # of a posed body it is empty
+        pixels = arrays.floats("reprojection_px", ("T", "J"))
     span = float(times[-1] - times[0])
     return Fitted(
         times_s=times,

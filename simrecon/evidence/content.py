@@ -13,6 +13,7 @@ from typing import Any
 from simrecon.errors import InputError
 from simrecon.evidence import containers, trees
 from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.paths import usable
 from simrecon.io.reading import read_bytes
 
 _JSON_FILES_MAX = 500_000
@@ -88,7 +89,7 @@ def open_content(path: str | os.PathLike[str]) -> Content:
     Raises:
         InputError: it can't be read or is too large.
     """
-    path = Path(path)
+    path = usable(path)
     try:
         if path.is_dir():
             return Content(path, "folder")

@@ -12,3 +12,5 @@ FOCAL_SIDES = (0.02, 200.0)
 """Focal length in longer sides of the image: from a fisheye to a field of view of a third of a degree."""
 DISTORTION_MAX = 1e6
 """Of a coefficient; long lenses have large ones."""
+TURN_MAX = 1e3
+"""Of a number of a camera's rotation: a vector in radians, or a matrix."""

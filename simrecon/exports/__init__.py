@@ -16,6 +16,7 @@ from simrecon.exports import view as views
 from simrecon.exports.view import ResultView
 from simrecon.io import atomic
 from simrecon.io.messages import hint
+from simrecon.io.paths import usable
 from simrecon.results import Result, open_result
 from simrecon.results.folder import EXPORT, EXPORTS
 
@@ -80,7 +81,7 @@ def export(
     choices = views.Choices(fps=fps, of=of, rig=rig, legs=legs, cutoff_hz=cutoff_hz, body_model=model)
     opened = result if isinstance(result, Result) else open_result(result)
     view = views.of(opened, choices)
-    folder = opened.folder / EXPORT if target is None else Path(target)
+    folder = opened.folder / EXPORT if target is None else usable(target)
     made = {folder / file: content for name in formats for file, content in writer(name)(view).items()}
     for path, content in made.items():
         try:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.io.paths import is_usable
 
 NAME_MAX_BYTES = 255
 """Longest name of a file that usual file systems have."""
@@ -61,6 +62,8 @@ def beside(target: Path) -> Iterator[Path]:
     Raises:
         OSError: the target can't be replaced; what was there before is still there.
     """
+    if not is_usable(os.fspath(target)):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(target))
     target = Path(os.path.realpath(target))
     if target.exists() and not target.is_file():
         raise OSError(errno.EINVAL, "not a regular file", str(target))

@@ -7,6 +7,7 @@ import os
 import stat
 
 from simrecon.io.limits import MAX_BYTES, size_text
+from simrecon.io.paths import is_usable
 
 TEXT_MAX_BYTES = 64 << 20
 """Largest file that people write: a scene, a plan, a job, a camera, a manifest."""
@@ -22,6 +23,8 @@ def read_bytes(path: str | os.PathLike[str], most: int = MAX_BYTES) -> bytes:
     Raises:
         OSError: it can't be read, is a folder, a pipe or a device, or is larger.
     """
+    if not is_usable(os.fspath(path)):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with open(os.open(path, flags), "rb") as stream:
         status = os.fstat(stream.fileno())

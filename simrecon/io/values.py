@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from simrecon.errors import InputError
 from simrecon.io.messages import hint, shown
+from simrecon.io.paths import is_usable
 
 LARGEST = 1e12
 """Limit of a number without one of its own, so that it is finite at least."""
@@ -23,7 +24,7 @@ def value_of(kind: Any, rules: Mapping[str, Any], value: Any, where: str) -> Any
 
     Args:
         kind: bool, int, float, str, Path, a Literal, a tuple or table of these, or a union.
-        rules: `low`, `high`, `above`, `numbers`, `choices`, `line`, as `fields.option` has them.
+        rules: `low`, `high`, `above`, `numbers`, `choices`, `line`, `file`, as `fields.option` has them.
         value: as TOML gives it, or as a dataclass holds it.
         where: at the start of the message, such as `"plan.toml: [window] length_s"`.
 
@@ -102,7 +103,9 @@ def _accepted_text(kind: type, rules: Mapping[str, Any], value: Any) -> Any:
     if not isinstance(value, str):
         return _REFUSED
     if kind is Path:
-        return Path(value) if value and "\0" not in value else _REFUSED
+        return Path(value) if is_usable(value) else _REFUSED
+    if rules.get("file") and not is_usable(value):
+        return _REFUSED
     if rules.get("line") and (not value.strip() or not value.isprintable()):
         return _REFUSED
     choices = choices_of(kind, rules)
@@ -142,6 +145,8 @@ def _noun(kind: Any, rules: Mapping[str, Any]) -> str:
         return "true or false"
     if member is Path:
         return "a path in quotes"
+    if rules.get("file"):
+        return "the path of a file or folder"
     choices = choices_of(member, rules)
     if len(choices) == 1:
         return f'"{choices[0]}"'

@@ -10,7 +10,7 @@ from typing import Any
 
 from simrecon import plan as plans
 from simrecon.body import clothed
-from simrecon.io import provenance
+from simrecon.io import fields, provenance
 from simrecon.io.reading import read_text
 from simrecon.job.options import Person, Reading, option
 from simrecon.plan import Plan
@@ -48,8 +48,8 @@ class Job:
         sha256: of files by absolute path; one that the job reads must have its hash, others are passed over.
     """
 
-    input: str
-    output: str
+    input: str = fields.option(file=True)
+    output: str = fields.option(file=True)
     reading: Reading = field(default_factory=Reading)
     person: Person = field(default_factory=Person)
     scene: Scene = field(default_factory=Scene)
@@ -70,8 +70,8 @@ class Job:
         text="how overlay and pictures show the person: skin or primitives [skin]",
     )
     no_report: bool = option(False, text="make no report.html of the result")
-    detected: str | None = None
-    start: str | None = None
+    detected: str | None = fields.option(None, file=True)
+    start: str | None = fields.option(None, file=True)
     suggest: bool = False
     retarget: bool = False
     sha256: Mapping[str, str] = field(default_factory=dict)

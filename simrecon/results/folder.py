@@ -11,6 +11,7 @@ from pathlib import Path
 from simrecon.errors import InputError
 from simrecon.io import atomic
 from simrecon.io.atomic import cannot_write
+from simrecon.io.paths import usable
 from simrecon.io.reading import read_text
 
 SCHEMA = "simrecon.result/1"
@@ -56,7 +57,7 @@ def check_writable(folder: Path | str) -> None:
     Raises:
         InputError: it is a file, holds what is no result, or can't be made.
     """
-    target = Path(folder).resolve()
+    target = usable(folder).resolve()
     try:
         if target.exists():
             _check_replaceable(folder, target)

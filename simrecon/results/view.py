@@ -17,6 +17,7 @@ from simrecon import scene as scenes
 from simrecon.body import clothed, known
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
+from simrecon.io.paths import usable
 from simrecon.job import Job
 from simrecon.plan import Plan
 from simrecon.replay import moments
@@ -48,7 +49,7 @@ class Result:
         Raises:
             InputError: there is no such folder, or it is no result.
         """
-        self.folder = Path(folder)
+        self.folder = usable(folder)
         if self.folder.is_file():
             raise InputError(f"{folder}: found a file; valid: a result folder, with {folders.MOTION}")
         if not self.folder.is_dir():

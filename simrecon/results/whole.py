@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from simrecon.io import atomic
+from simrecon.io.messages import shown
 from simrecon.io.provenance import file_digest
 from simrecon.results.folder import FILES, MODEL, MOTION, OVERLAYS, PAGE, REPORT
 
@@ -50,7 +51,7 @@ def damage(folder: Path, files: Any, *, hashes: bool = False) -> str:
                 continue
             return f"{name} is missing"
         if (size := path.stat().st_size) != said.get("bytes"):
-            return f"{name} has {size} bytes, and had {said.get('bytes')}"
+            return f"{name} has {size} bytes, and had {shown(said.get('bytes'))}"
         if hashes and file_digest(path) != said.get("sha256"):
             return f"{name} is not what was written"
     return ""

@@ -6,8 +6,10 @@ import re
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.io.limits import NUMBER_MAX
 from simrecon.io.reading import read_text
 
 _OTHER_FILE = re.compile(r"<include\b[^>]*|\b(?:file|\w+dir|plugin)\s*=\s*[\"'][^\"']*")
@@ -47,10 +49,25 @@ def compile_foreign(text: str, where: str) -> mujoco.MjModel:
     """
     check(text, where)
     try:
-        return compile_text(text)
+        model = compile_text(text)
     except (ValueError, RuntimeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         why = " ".join(f"{error}".split())
         raise InputError(f"{where}: cannot be loaded ({why}); valid: a result's model") from error
+    if (odd := _senseless(model)) is not None:
+        why = f"{odd} holds a number beyond {NUMBER_MAX:g}"
+        raise InputError(f"{where}: cannot be loaded ({why}); valid: a result's model")
+    return model
+
+
+def _senseless(model: mujoco.MjModel) -> str | None:
+    """An array of a model with a number that is none or too large; what MuJoCo divides by is passed over."""
+    for name in dir(model):
+        values = None if name.startswith("_") or "invweight" in name else getattr(model, name)
+        if not isinstance(values, np.ndarray) or values.dtype.kind != "f" or not values.size:
+            continue
+        if not np.abs(values).max() <= NUMBER_MAX:  # NaN, too
+            return name
+    return None
 
 
 def check(text: str, where: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from simrecon import scene as scenes
 from simrecon.contact import wishes
 from simrecon.errors import InputError
 from simrecon.io import atomic, toml
+from simrecon.io.paths import usable
 from simrecon.job import request
 from simrecon.results import Result, check_writable, open_result, placing
 from simrecon.results.folder import FILES, JOB, START
@@ -79,9 +81,10 @@ def target(path: Path | str, replaces: bool, own: str = "") -> Path:
     Raises:
         InputError: it is no .toml, or is there already.
     """
-    place = Path(path)
+    place = usable(path)
     if place.suffix != ".toml":
         raise InputError(f"{path}: is no .toml; valid: a name that ends in .toml")
-    if place.exists() and not replaces and place.resolve() != Path(own or ".").resolve():
+    same = os.path.realpath(place) == os.path.realpath(own or ".")
+    if os.path.lexists(place) and not replaces and not same:
         raise InputError(f"{path}: exists already; valid: a new file, or tick 'replace'")
     return place

@@ -12,6 +12,7 @@ from pathlib import Path
 from simrecon import running
 from simrecon import scene as scenes
 from simrecon.errors import InputError, SimreconError
+from simrecon.io.atomic import cannot_write
 from simrecon.job import Job
 from simrecon.results import Result, open_result
 from simrecon.results.folder import holds_result
@@ -55,7 +56,7 @@ class Tab:
         inside: what the motion goes through in the edited scene.
         run: the last one; begun: the scene that it is in.
         restored: how many edits of an earlier studio were taken up.
-        failure: why evidence could not be read or fitted; empty: it could.
+        failure: why evidence could not be read or fitted, or edits not kept; empty: they could.
     """
 
     def __init__(
@@ -234,8 +235,13 @@ class Tab:
         self.journal.close()
 
     def _edited(self) -> None:
-        self.journal.note(self.document.edits)
+        failure = ""
+        try:
+            self.journal.note(self.document.edits)
+        except OSError as error:
+            failure = f"edits are lost if they are not saved: {cannot_write(self.journal.folder, error)}"
         self.check()
+        self.failure = failure or self.failure
         self.tell(SCENE)
 
     def _progressed(self) -> None:

@@ -233,3 +233,37 @@ def test_a_name_that_is_no_text_is_a_clip(tmp_path: Path) -> None:
     (clip,) = clips.collect([str(tmp_path)])
     assert clip.name == "caf"
     assert os.fsencode(clip.input).endswith(b"caf\xe9.npz")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes and links of Unix")
+def test_what_is_neither_file_nor_folder_is_one_line(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.npz")
+    (tmp_path / "circle.npz").symlink_to("circle.npz")
+    (tmp_path / "nowhere.npz").symlink_to("missing.npz")
+    for name, found in (("pipe", "a pipe or a device"), ("circle", "a link"), ("nowhere", "a link")):
+        for word in (f"{name}.npz", f"{name[:-1]}?.npz"):
+            with pytest.raises(InputError, match=rf"{name}\.npz: found {found}"):
+                files.find(str(tmp_path / word))
+    with pytest.raises(InputError, match="a pipe or a device"):
+        files.find(os.devnull)
+    for blank in ("", " "):
+        with pytest.raises(InputError, match="found the path"):
+            files.find(blank)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links of Unix")
+def test_links_in_a_circle_are_gone_through_once(tmp_path: Path) -> None:
+    touch(tmp_path, "in/a.npz", "in/deep/b.npz", "in/.hidden/c.npz")
+    for name in ("u", "v", "deep/w"):
+        (tmp_path / "in" / name).symlink_to(tmp_path / "in")
+    inside = [path.relative_to(tmp_path / "in").as_posix() for path, _ in files.find(str(tmp_path / "in"))]
+    assert inside == ["a.npz", "deep/b.npz"]
+    found = {path.name for path, _ in files.find(str(tmp_path / "**" / "*.npz"))}
+    assert found == {"a.npz", "b.npz"}
+    assert {path.name for path, _ in files.find(str(tmp_path / "in" / "deep" / "**"))} >= {"b.npz"}
+
+
+def test_folders_without_end_are_one_line(tmp_path: Path) -> None:
+    touch(tmp_path, "/".join("d" * 210) + "/a.npz")
+    with pytest.raises(InputError, match="found folders in more than 200 others"):
+        files.find(str(tmp_path))

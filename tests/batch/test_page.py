@@ -13,8 +13,10 @@ import cv2
 import numpy as np
 import pytest
 
-from simrecon.batch import journal, page, status
+from simrecon import cli
+from simrecon.batch import journal, page, records, status
 from simrecon.batch.journal import Journal, Places
+from simrecon.results import whole
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -116,3 +118,39 @@ def test_a_name_that_is_no_text_and_control_characters_are_escaped(places: Place
     book.close()
     text = page.write(places).read_text(encoding="utf-8")
     assert r"/in/caf\udce9\x1b[2J&lt;b&gt;.npz" in text
+
+
+DAMAGED: dict[str, Any] = {
+    "quality": "x", "loss": [], "verdict": 5, "fell": None, "frames": "1", "metrics": [], "wall_s": {},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", DAMAGED)
+def test_a_record_of_other_types_is_damage_and_no_defect(
+    places: Places, capsys: pytest.CaptureFixture[str], key: str
+) -> None:
+    said = figures("walk", **{key: DAMAGED[key]})
+    journal.write_json(places.record("walk"), {"key": "k", "figures": said, "files": {}})
+    assert records.read(places, "walk") is None
+    for word, expected in (("status", 0), ("report", 0), ("verify", 1)):
+        assert cli.main(["batch", word, str(places.root)]) == expected
+    assert "walk: its record is damaged" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes of Unix")
+def test_verify_believes_no_record_that_is_no_file_and_escapes_what_it_says(
+    places: Places, capsys: pytest.CaptureFixture[str]
+) -> None:
+    needed = {name: {"bytes": "\x1b[2J", "sha256": ""} for name in whole.NEEDED}
+    journal.write_json(places.record("walk"), {"key": "k", "figures": figures("walk"), "files": needed})
+    for name in whole.NEEDED:
+        (places.result("walk") / name).touch()
+    places.record("sit").unlink()
+    os.mkfifo(places.record("sit"))
+    places.record("kick <b>").unlink()
+    places.record("kick <b>").symlink_to("/dev/zero")
+    assert cli.main(["batch", "verify", str(places.root)]) == 1
+    said = capsys.readouterr().out
+    assert said.count("its record is damaged") == 2
+    assert "motion.npz has 0 bytes, and had '\\x1b[2J'" in said
+    assert "0 of 3 results as written" in said

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simrecon.errors import InputError
-from simrecon.evidence.camera import files
+from simrecon.evidence.camera import calibration, files
 from simrecon.geometry import camera as cameras
 from simrecon.types import Array
 
@@ -160,3 +160,9 @@ def test_broken_files(tmp_path: Path, text: str, message: str) -> None:
 def test_no_such_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         files.read(tmp_path / "none.toml")
+
+
+def test_a_rotation_beyond_all_sense_is_refused(tmp_path: Path) -> None:
+    for rotation in (np.full(3, 1e308), np.diag([1e200, 1.0, 1.0])):
+        with pytest.raises(InputError, match="found a rotation of 1e"):
+            calibration.rigid(tmp_path / "a.toml", "cam.rotation", rotation, np.zeros(3))

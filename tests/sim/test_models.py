@@ -61,3 +61,10 @@ def test_whatever_mujoco_ends_in_is_a_line(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(models, "compile_text", fail)
     with pytest.raises(InputError, match=r"a.xml: cannot be loaded .Caught an unknown exception!."):
         models.compile_foreign("<mujoco/>", "a.xml")
+
+
+def test_a_model_of_numbers_beyond_all_sense_is_refused() -> None:
+    whole = "<mujoco><worldbody><body><geom size='.1' pos='0 0 1'/></body></worldbody></mujoco>"
+    assert models.compile_foreign(whole, "model.xml").ngeom == 1
+    with pytest.raises(InputError, match=r"model\.xml: cannot be loaded \(\w+ holds a number beyond 1e\+12"):
+        models.compile_foreign(whole.replace("0 0 1", "0 0 -1e308"), "model.xml")

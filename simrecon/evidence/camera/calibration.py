@@ -44,6 +44,9 @@ def rigid(path: Path, key: str, rotation: Array, translation: Array) -> Array:
     if np.abs(translation).max() > ranges.POSITION_MAX_M:
         found = f"a translation of {np.abs(translation).max():g}"
         raise InputError(f"{path}: {key}: {found}; valid: at most {ranges.POSITION_MAX_M:g} m")
+    if np.abs(rotation).max() > ranges.TURN_MAX:
+        found = f"a rotation of {np.abs(rotation).max():g}"
+        raise InputError(f"{path}: {key}: found {found}; valid: at most {ranges.TURN_MAX:g} rad")
     pose = np.eye(4)
     pose[:3, :3] = cv2.Rodrigues(rotation.reshape(3, 1))[0] if rotation.size == 3 else rotation.reshape(3, 3)
     pose[:3, 3] = translation.reshape(3)
