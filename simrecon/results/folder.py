@@ -76,6 +76,11 @@ def _check_replaceable(folder: Path | str, target: Path) -> None:
         raise InputError(f"{folder}: found a file; valid: a folder for the result")
     if os.path.ismount(target):
         raise InputError(f"{folder}: found a mount point, which cannot be renamed; valid: a folder inside it")
+    if Path.cwd().is_relative_to(target):
+        raise InputError(
+            f"{folder}: found the folder that this runs in, which the result would replace; "
+            f"valid: another folder"
+        )
     inside, foreign = _inside(target)
     if foreign or (inside and REPORT not in inside):
         found = foreign[0] if foreign else f"no {REPORT}"

@@ -26,3 +26,12 @@ def test_a_path_that_leads_nowhere_is_a_line(
     assert said.count("\n") == 1
     assert "--debug" not in said
     assert len(said) < 3100
+
+
+def test_a_result_does_not_replace_the_folder_one_is_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["run", CLIP, "-o", "."]) == 2
+    assert "the folder that this runs in" in capsys.readouterr().err
+    assert Path.cwd() == tmp_path
