@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +24,7 @@ from simrecon.kinematics.spread import spread
 from simrecon.kinematics.start import start
 from simrecon.plan import Kinematics
 from simrecon.system import blas
-from simrecon.types import Array, ContactWish, Evidence, KinematicFit, Scene
+from simrecon.types import Array, Camera, ContactWish, Evidence, KinematicFit, Primitive, Scene
 
 LENS_EVALUATIONS = 80
 """Of each fit with a focal length that is tried."""
@@ -58,10 +58,8 @@ def fit(
     )
     lean = None
     if _unplaced(evidence, scene):
-        lean = tilt.estimated(
-            evidence,
-            lambda part, tried: _fitted(part, scene, brief, request, (), lean=tried, spreads=False),
-        )
+        without = _without_floor(lens.middle(evidence), scene, brief, request)
+        lean = tilt.estimated(lambda tried: _with_floor(without, (), lean=tried, spreads=False))
     fitted = _fitted(evidence, scene, plan, request, asked, lean=lean)
     if (height_m := falling.stature_m(evidence, fitted)) is None:
         return fitted
@@ -76,6 +74,31 @@ def _unplaced(evidence: Evidence, scene: Scene) -> bool:
     return floor.known(evidence, scene, trust.of(evidence)) not in ("scene", "level")
 
 
+@dataclass(frozen=True, eq=False)
+class _Floorless:
+    """A fit before its floor is known, or one whose floor is the scene's.
+
+    Attributes:
+        evidence, scene, request: of the fit.
+        plan: as the evidence is trusted.
+        known: how the floor is known (`floor.known`).
+        camera, parts, shape: of the fit.
+        problem, variables, iterations: of its end.
+    """
+
+    evidence: Evidence
+    scene: Scene
+    request: bodies.ShapeRequest | None
+    plan: Kinematics
+    known: str
+    camera: Camera | None
+    parts: tuple[Primitive, ...]
+    shape: bodies.Shape | None
+    problem: Problem
+    variables: Variables
+    iterations: int
+
+
 def _fitted(
     evidence: Evidence,
     scene: Scene,
@@ -87,6 +110,12 @@ def _fitted(
     spreads: bool = True,
 ) -> KinematicFit:
     """The fit through a lens that is known, or taken for known, of a camera with a tilt (2,)."""
+    return _with_floor(_without_floor(evidence, scene, plan, request), asked, lean=lean, spreads=spreads)
+
+
+def _without_floor(
+    evidence: Evidence, scene: Scene, plan: Kinematics, request: bodies.ShapeRequest | None
+) -> _Floorless:
     worth = trust.of(evidence)
     known = floor.known(evidence, scene, worth)
     skeleton, shape, tall = person.measured(evidence, request, plan, worth, floor=known)
@@ -103,6 +132,16 @@ def _fitted(
     contacts = contact_points(skeleton, parts)
     problem = Problem.of_clip(skeleton, contacts, scene, base, see, weights, lengths=free)
     variables, iterations = _minimise(problem, variables)
+    return _Floorless(
+        evidence, scene, request, plan, known, camera, parts, shape, problem, variables, iterations
+    )
+
+
+def _with_floor(
+    first: _Floorless, asked: Sequence[ContactWish], *, lean: Array | None, spreads: bool
+) -> KinematicFit:
+    evidence, scene, plan, parts, known = first.evidence, first.scene, first.plan, first.parts, first.known
+    camera, problem, variables, iterations = first.camera, first.problem, first.variables, first.iterations
     transform = np.eye(4)
     if known != "scene":
         full = replace(problem, plan=plan)
@@ -125,8 +164,8 @@ def _fitted(
     if targets := wishes.targets(asked, evidence.times_s):
         problem, variables, more = wishing.honour(problem, variables, targets)
         iterations += more
-    distribution = "standard" if request is None else request.distribution
-    fitted = result(evidence, camera, problem, variables, shape, distribution, iterations)
+    distribution = "standard" if first.request is None else first.request.distribution
+    fitted = result(evidence, camera, problem, variables, first.shape, distribution, iterations)
     fitted = replace(fitted, wished=targets)
     bones.check(evidence, fitted.body.skeleton)
     wide = spread(problem, variables, camera) if spreads and plan.poses else None

@@ -17,10 +17,9 @@ from collections.abc import Callable
 import numpy as np
 
 from simrecon.geometry import rotations
-from simrecon.kinematics import lens
-from simrecon.types import Array, Evidence, KinematicFit
+from simrecon.types import Array, KinematicFit
 
-Fit = Callable[[Evidence, Array], KinematicFit]
+Fit = Callable[[Array], KinematicFit]
 TERMS = ("keypoint", "joint", "place", "still", "contact", "penetration")
 """Evidence and floor; what is assumed of balance has had its say."""
 SHARE, SIGMA_RAD = 2.0, np.radians(3.0)
@@ -31,18 +30,17 @@ FARTHEST = 1.5
 """Steps that a round goes at most."""
 
 
-def estimated(evidence: Evidence, fit: Fit) -> Array:
+def estimated(fit: Fit) -> Array:
     """The tilt (2,), rad, that the motion makes most probable.
 
     Args:
-        evidence: on a uniform time grid, before a camera with a known lens.
-        fit: of evidence before a camera with a tilt.
+        fit: of a part of the clip, with a tilt.
     """
-    part, middle = lens.middle(evidence), np.zeros(2)
+    middle = np.zeros(2)
     for step in STEPS_RAD:
 
         def left(tilt: Array) -> float:
-            loss = fit(part, tilt).loss
+            loss = fit(tilt).loss
             remains = sum(loss.get(name, 0.0) for name in TERMS)
             return float(SHARE * remains + tilt @ tilt / SIGMA_RAD**2)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simrecon.evidence.camera import fov
 from simrecon.kinematics import tilt
 from simrecon.kinematics.world import LEVEL
-from simrecon.types import Array, Evidence, KinematicFit
+from simrecon.types import Array, KinematicFit
 
 
 def test_the_lowest_place_of_a_parabola_and_no_farther_than_trusted() -> None:
@@ -18,19 +17,10 @@ def test_the_lowest_place_of_a_parabola_and_no_farther_than_trusted() -> None:
     assert tilt.lowest(2.0, 2.0, 2.0) == 0.0
 
 
-def evidence() -> Evidence:
-    frames = 40
-    return Evidence(
-        np.arange(frames) / 60, ("nose",), np.zeros((frames, 1, 2)), np.ones((frames, 1)),
-        (), np.empty((frames, 0, 3)), "world", camera=fov.pinhole(900.0, (1280, 720)),
-    )  # fmt: skip
-
-
 def of_loss(weight: float, real: Array, tried: list[Array]) -> tilt.Fit:
     """Fits whose evidence is best at a tilt; what the rest of the loss says is not asked."""
 
-    def fit(seen: Evidence, lean: Array) -> KinematicFit:
-        assert len(seen.times_s) == 14  # 20 Hz
+    def fit(lean: Array) -> KinematicFit:
         tried.append(lean)
         loss = {"place": weight * float(np.sum((lean - real) ** 2)), "balance": -1e6 * float(lean.sum())}
         return KinematicFit(*[None] * 9, loss)  # type: ignore[call-arg, arg-type]
@@ -40,12 +30,12 @@ def of_loss(weight: float, real: Array, tried: list[Array]) -> tilt.Fit:
 
 def test_what_the_motion_says_is_weighed_against_balance() -> None:
     real, tried = np.radians([4.0, -2.0]), list[Array]()
-    sure = tilt.estimated(evidence(), of_loss(1e6, real, tried))
+    sure = tilt.estimated(of_loss(1e6, real, tried))
     np.testing.assert_allclose(sure, real, atol=1e-4)
     assert len(tried) == 10
     as_sure_as_balance = 1 / (tilt.SHARE * tilt.SIGMA_RAD**2)
-    np.testing.assert_allclose(tilt.estimated(evidence(), of_loss(as_sure_as_balance, real, [])), real / 2)
-    np.testing.assert_allclose(tilt.estimated(evidence(), of_loss(0.0, real, [])), 0.0)
+    np.testing.assert_allclose(tilt.estimated(of_loss(as_sure_as_balance, real, [])), real / 2)
+    np.testing.assert_allclose(tilt.estimated(of_loss(0.0, real, [])), 0.0)
 
 
 def test_pitch_is_about_the_images_x_axis_and_roll_about_the_view() -> None:
