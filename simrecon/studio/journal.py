@@ -62,11 +62,15 @@ class Journal:
         """Folder of solved windows."""
         return self.folder / "windows"
 
-    def note(self, edits: Edits) -> None:
-        """Keep a state; it is on its way to the disk when this returns."""
+    def note(self, edits: Edits) -> str:
+        """Keep a state; it is on its way to the disk when this returns, or the words say why not."""
         line = {"scene": edits.scene, "wishes": wishes.to_table(edits.wishes), "label": edits.label}
-        with (self.folder / _NAME).open("ab") as stream:
-            stream.write(json.dumps(line).encode() + b"\n")
+        try:
+            with (self.folder / _NAME).open("ab") as stream:
+                stream.write(json.dumps(line).encode() + b"\n")
+        except OSError as error:
+            return f"edits are lost if they are not saved: {cannot_write(self.folder, error)}"
+        return ""
 
     def kept(self) -> tuple[Edits, ...]:
         """The states that were kept, in order; those that can't be read are left out."""

@@ -12,7 +12,6 @@ from pathlib import Path
 from simrecon import running
 from simrecon import scene as scenes
 from simrecon.errors import InputError, SimreconError
-from simrecon.io.atomic import cannot_write
 from simrecon.job import Job
 from simrecon.results import Result, open_result
 from simrecon.results.folder import holds_result
@@ -235,13 +234,8 @@ class Tab:
         self.journal.close()
 
     def _edited(self) -> None:
-        failure = ""
-        try:
-            self.journal.note(self.document.edits)
-        except OSError as error:
-            failure = f"edits are lost if they are not saved: {cannot_write(self.journal.folder, error)}"
         self.check()
-        self.failure = failure or self.failure
+        self.failure = self.journal.note(self.document.edits) or self.failure
         self.tell(SCENE)
 
     def _progressed(self) -> None:
