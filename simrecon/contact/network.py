@@ -99,6 +99,6 @@ def label(cues: Cues) -> ContactLabels:
 
 
 def _log_odds(probability: Array) -> Array:
-    """Ln p / (1 - p), as if nothing were surer than `SUREST`."""
+    """Logarithm of p / (1 - p), as if nothing were surer than `SUREST`."""
     p = np.clip(probability, 1 - SUREST, SUREST)
     return np.asarray(np.log(p / (1 - p)))

@@ -36,14 +36,14 @@ def estimated(fit: Fit) -> Array:
     Args:
         fit: of a part of the clip, with a tilt.
     """
+
+    def left(tilt: Array) -> float:
+        loss = fit(tilt).loss
+        remains = sum(loss.get(name, 0.0) for name in TERMS)
+        return float(SHARE * remains + tilt @ tilt / SIGMA_RAD**2)
+
     middle = np.zeros(2)
     for step in STEPS_RAD:
-
-        def left(tilt: Array) -> float:
-            loss = fit(tilt).loss
-            remains = sum(loss.get(name, 0.0) for name in TERMS)
-            return float(SHARE * remains + tilt @ tilt / SIGMA_RAD**2)
-
         here = left(middle)
         sides = [[left(middle + sign * step * axis) for sign in (-1, 1)] for axis in np.eye(2)]
         middle = middle + step * np.array([lowest(below, here, above) for below, above in sides])

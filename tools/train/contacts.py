@@ -4,7 +4,7 @@ usage: python -m tools.train.contacts MOCAP CMU --work DIR [--seed 0] [--epochs 
                                       [--network FILE]                      (needs the extra [train])
 
 MOCAP is the folder of the recordings, CMU the one with the unpacked archive of the CMU database. Our own
-network learns all parts from forces, of motions that are simulated (`contact_simulated`, some 35 minutes of
+network learns all parts from forces, of motions that are simulated (`contact_simulated`, some 40 minutes of
 a core), or, with `--labels heuristic`, heels and toes from the heuristic of the paper.
 Simulated and fitted motions are kept in the working folder. The network is written to
 models/contact/network.npz, or FILE, the figures to DIR/contacts_all.json.
