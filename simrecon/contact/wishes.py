@@ -14,7 +14,7 @@ from simrecon.contact.parts import names
 from simrecon.errors import InputError
 from simrecon.io import tables, toml
 from simrecon.io.messages import check_keys, shown
-from simrecon.types import Array, ContactLabels, ContactTargets, ContactWish, Flags, Interval
+from simrecon.types import Array, ContactLabels, ContactTargets, ContactWish, Flags, Interval, runs
 
 SCHEMA = "simrecon.contacts/1"
 MODES = ("auto", "always", "never", "grounded")
@@ -165,10 +165,8 @@ def over(labels: ContactLabels, asked: ContactTargets | None) -> ContactLabels:
 
 def spans(flags: Flags, times_s: Array) -> tuple[Interval, ...]:
     """From and to of the runs of flagged frames (T,), s; half a frame on both sides of a single one."""
-    edges = np.diff(np.concatenate(([False], flags, [False])).astype(np.int8))
-    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
     half = 0.5 * float(np.median(np.diff(times_s)))
-    found = [(float(times_s[a]), float(times_s[b])) for a, b in runs]
+    found = [(float(times_s[rows.start]), float(times_s[rows.stop - 1])) for rows in runs(flags)]
     return tuple((low, high) if low < high else (low - half, high + half) for low, high in found)
 
 

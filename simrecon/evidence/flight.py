@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simrecon.types import Array, Evidence, IntArray
+from simrecon.types import Array, Evidence, runs
 
 GRAVITY_MPS2 = 9.81
 SEGMENTS = {
@@ -38,16 +38,16 @@ def check(evidence: Evidence) -> str:
     if not known.any():
         return ""
     aloft = known & (np.nan_to_num(low) > np.quantile(low[known], FLOOR_SHARE) + ALOFT_M)
-    rows = max(_runs(aloft), key=len, default=np.empty(0, dtype=np.int64))
-    if len(rows) < LEAST_FRAMES or evidence.times_s[rows[-1]] - evidence.times_s[rows[0]] < LEAST_S:
+    rows = max(runs(aloft), key=lambda run: run.stop - run.start, default=slice(0, 0))
+    clock = evidence.times_s[rows]
+    if len(clock) < LEAST_FRAMES or clock[-1] - clock[0] < LEAST_S:
         return ""
-    times = evidence.times_s[rows] - evidence.times_s[rows[0]]
+    times = clock - clock[0]
     fall = -2 * float(np.polynomial.Polynomial.fit(times, centre[rows], 2).convert().coef[2])
     if fall <= TIMES * GRAVITY_MPS2:
         return ""
     rate = 1 / float(np.median(np.diff(evidence.times_s)))
-    begin, end = evidence.times_s[rows[0]], evidence.times_s[rows[-1]]
-    found = f"a person in the air from {begin:.2f} to {end:.2f} s who falls at {fall:.0f} m/s²"
+    found = f"a person in the air from {clock[0]:.2f} to {clock[-1]:.2f} s who falls at {fall:.0f} m/s²"
     right = rate * (GRAVITY_MPS2 / fall) ** 0.5
     return f"frame rate: found {found}; valid: 9.8 m/s², as at about --fps {right:.0f} instead of {rate:.0f}"
 
@@ -63,9 +63,3 @@ def _centre(at: dict[str, Array]) -> Array | None:
                 height + share * np.mean([at[name][:, 2] for name in names], axis=0),
             )
     return np.asarray(height / total) if total > 0.5 else None
-
-
-def _runs(flags: Array) -> list[IntArray]:
-    """Rows of each stretch of frames that are set."""
-    rows = np.flatnonzero(flags).astype(np.int64)
-    return [run for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if len(run)]

@@ -13,7 +13,7 @@ import numpy as np
 
 from simrecon.kinematics import stature_prior
 from simrecon.kinematics.terms.mass import GRAVITY_MPS2
-from simrecon.types import Array, Evidence, KinematicFit
+from simrecon.types import Array, Evidence, KinematicFit, runs
 
 LEAST_S, INNER_S = 0.35, 0.25
 """A flight lasts so long, and so long without the frames at its ends, in which feet still push."""
@@ -62,10 +62,9 @@ def flights(fit: KinematicFit) -> Iterator[tuple[float, float]]:
     for first in range(len(times) - least + 1):
         some = slice(first, first + least)
         falls[some] |= _falls(times[some], fit.com_m[some])
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], falls.astype(np.int8), [0]))))
     ends = round(ENDS_S / interval)
-    for begin, end in edges.reshape(-1, 2):
-        some = slice(begin + ends, end - ends)
+    for rows in runs(falls):
+        some = slice(rows.start + ends, rows.stop - ends)
         if times[some].size * interval < INNER_S or not _falls(times[some], fit.com_m[some]):
             continue
         down = -_parabola(times[some], fit.com_m[some])[0][2]

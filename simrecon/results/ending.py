@@ -11,7 +11,7 @@ from simrecon.pipeline import Reconstruction
 from simrecon.replay import FALLBACK
 from simrecon.scene import check
 from simrecon.scene.mjcf import GROUND_GEOM
-from simrecon.types import IntArray, Motion
+from simrecon.types import IntArray, Motion, runs
 
 FELL, LOST, PENETRATION, IMPOSSIBLE = "fell", "lost", "penetration", "impossible reference"
 BEFORE_S = 0.25
@@ -24,9 +24,7 @@ FAST_RADPS = 8.0
 
 def make(run: Reconstruction) -> list[dict[str, Any]]:
     """The section `gaps` of a report (docs/formats.md): runs of frames that are not simulated, and why."""
-    fallback = np.flatnonzero(run.motion.status == FALLBACK)
-    runs = np.split(fallback, np.flatnonzero(np.diff(fallback) > 1) + 1) if fallback.size else []
-    return [_gap(run, int(rows[0]), int(rows[-1])) for rows in runs]
+    return [_gap(run, rows.start, rows.stop - 1) for rows in runs(run.motion.status == FALLBACK)]
 
 
 def _gap(run: Reconstruction, first: int, last: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from simrecon.errors import InputError
 from simrecon.scene import mjcf
 from simrecon.sim import contacts
 from simrecon.sim.poses import touching
-from simrecon.types import Array, IntArray, Scene
+from simrecon.types import Array, IntArray, Scene, runs
 
 START_MAX_M = 0.1
 """An item deeper than this in the person at the first frame is in the wrong place."""
@@ -38,9 +38,7 @@ class Penetration:
 
     def spans(self, least_m: float) -> tuple[tuple[int, int], ...]:
         """First and last frame of every run of frames that are deeper than `least_m`."""
-        deep = np.concatenate(([False], self.depth_m > least_m, [False])).astype(np.int8)
-        starts, ends = np.flatnonzero(np.diff(deep) == 1), np.flatnonzero(np.diff(deep) == -1) - 1
-        return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
+        return tuple((rows.start, rows.stop - 1) for rows in runs(self.depth_m > least_m))
 
 
 def penetrations(model: mujoco.MjModel, scene: Scene, qpos: Array) -> tuple[Penetration, ...]:

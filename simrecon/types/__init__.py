@@ -7,10 +7,10 @@ Quaternions wxyz.
 
 from __future__ import annotations
 
-from simrecon.types.arrays import Array, IntArray
+from simrecon.types.arrays import Array, Flags, IntArray, runs
 from simrecon.types.body import Body, Primitive, Skeleton
 from simrecon.types.camera import Camera, Lens
-from simrecon.types.contact import ContactLabels, ContactTargets, ContactWish, Flags, Interval
+from simrecon.types.contact import ContactLabels, ContactTargets, ContactWish, Interval
 from simrecon.types.evidence import Evidence, Part
 from simrecon.types.frozen import FrozenMap, frozen
 from simrecon.types.motion import Motion, Report
@@ -50,4 +50,5 @@ __all__ = [
     "WindowResult",
     "WindowStatus",
     "frozen",
+    "runs",
 ]

@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simrecon.types.arrays import Array, IntArray
+from simrecon.types.arrays import Array, Flags, IntArray
 
-Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 """From and to, s, both included."""
 

@@ -11,7 +11,7 @@ from simrecon.contact import parts, rules
 from simrecon.exports.axes import TO_Y_UP
 from simrecon.geometry import rotations
 from simrecon.results import Result, contacts, kinematic
-from simrecon.types import Array, Flags, IntArray, Interval, Motion
+from simrecon.types import Array, Flags, IntArray, Interval, Motion, runs
 
 FEET = ("left_foot", "right_foot")
 AXES = ("side (x)", "bend (y)", "twist (z)")
@@ -114,8 +114,7 @@ def _contacts(result: Result) -> list[dict[str, Any]]:
 
 def _spans(flags: Flags, times_s: Array) -> list[Interval]:
     """First and last time of each run of flags (T,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(int)))
-    return [(float(times_s[a]), float(times_s[b - 1])) for a, b in edges.reshape(-1, 2)]
+    return [(float(times_s[rows.start]), float(times_s[rows.stop - 1])) for rows in runs(flags)]
 
 
 def _joints(result: Result, rows: IntArray) -> dict[str, Any]:

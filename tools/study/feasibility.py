@@ -13,7 +13,7 @@ next, and how far the centre of mass has to move at least so that gravity and fr
 from __future__ import annotations
 
 import argparse
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 
 import mujoco
@@ -25,7 +25,7 @@ from scipy.spatial import ConvexHull
 
 from simrecon import scene as scenes
 from simrecon.sim.poses import differentiate
-from simrecon.types import Array, KinematicFit, Scene
+from simrecon.types import Array, KinematicFit, Scene, runs
 from tools.bench import references
 
 CLEAR_M, SHORTEST = 0.05, 4
@@ -90,8 +90,7 @@ def row(clip: str, fit: KinematicFit, first: int, last: int) -> str:
 
 def flights(fit: KinematicFit) -> list[tuple[int, int]]:
     """First and last frames of every stretch without support."""
-    edges = np.flatnonzero(np.diff(np.pad(aloft(fit).astype(int), 1)))
-    return [(int(a), int(b) - 1) for a, b in list(pairwise(edges))[::2] if b - a >= SHORTEST]
+    return [(run.start, run.stop - 1) for run in runs(aloft(fit)) if run.stop - run.start >= SHORTEST]
 
 
 def aloft(fit: KinematicFit) -> NDArray[np.bool_]:

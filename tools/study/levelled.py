@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +13,7 @@ from simrecon.metrics.truth import FEET
 from simrecon.plan import Plan
 from simrecon.scene import build
 from simrecon.sim.models import compile_text
-from simrecon.types import Array, Evidence, KinematicFit, Reference
+from simrecon.types import Array, Evidence, KinematicFit, Reference, runs
 
 STILL_MPS, NEAR_M, SMOOTH_S = 0.2, 0.03, 0.05
 """A foot stands whose sole is slower and whose lowest corner is nearer to the floor."""
@@ -55,9 +53,8 @@ def _places(corners: Array, stands: NDArray[np.bool_]) -> Array:
     """Corners (T, 2, 4, 3) with the mean place of each stance in its frames."""
     places = corners.copy()
     for foot in range(2):
-        edges = np.flatnonzero(np.diff(np.pad(stands[:, foot].astype(int), 1)))
-        for first, end in list(pairwise(edges))[::2]:
-            places[first:end, foot] = corners[first:end, foot].mean(axis=0)
+        for rows in runs(stands[:, foot]):
+            places[rows, foot] = corners[rows, foot].mean(axis=0)
     return places
 
 

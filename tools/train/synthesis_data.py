@@ -15,7 +15,7 @@ import numpy as np
 
 from simrecon.errors import InputError
 from simrecon.synthesis.features import CONTEXT, COUNT, FUTURE, POINTS, RATE_HZ, features, stand
-from simrecon.types import Array
+from simrecon.types import Array, arrays
 from tools.train import synthesis_corpus
 from tools.train.synthesis_corpus import Clip
 
@@ -91,11 +91,9 @@ def windows(found: Sequence[Clip], kind: str, heights_m: dict[str, float], step:
 def runs(clip: Clip) -> Iterator[slice]:
     """Stretches of a clip that can be used, long enough for a window."""
     away = np.linalg.norm(clip.simulation - clip.fit, axis=-1).mean(axis=1)  # (T,)
-    good = np.concatenate(([False], clip.simulated & (away < NEAR_M), [False]))
-    edges = np.flatnonzero(np.diff(good.astype(int)))
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - first >= CONTEXT + SHORTEST:
-            yield slice(int(first), int(end))
+    for rows in arrays.runs(clip.simulated & (away < NEAR_M)):
+        if rows.stop - rows.start >= CONTEXT + SHORTEST:
+            yield rows
 
 
 def rows_of(clip: Clip) -> list[int]:

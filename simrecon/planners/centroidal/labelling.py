@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ from simrecon.metrics.dynamics import needed_load
 from simrecon.planners.centroidal.points import Point, probability
 from simrecon.planners.centroidal.resting import SURE, Costs, evidence, resting
 from simrecon.planners.centroidal.settings import PhaseRules
-from simrecon.types import Array, Flags, KinematicFit
+from simrecon.types import Array, Flags, KinematicFit, runs
 
 FRAME_S = 1 / 30
 """Of the evidence that a label is; of more frames a second each counts for less."""
@@ -65,7 +65,7 @@ def contacts(
         known[row, under[row]] = SURE
         flags[row] = rested(row, known[row])[0]
     # once each: where a point that rests here now moves instead, it flies
-    for run in _runs(_hangs(flags, apart_m, needed, rules)):
+    for run in runs(_hangs(flags, apart_m, needed, rules)):
         rows = np.flatnonzero(_lowest(apart_m, rules)[:, run].any(axis=1)).tolist()
         row = min(rows, key=lambda row: _dearer(partial(rested, row), known[row], run))
         known[row, run], under[row, run] = CERTAIN, True
@@ -76,14 +76,16 @@ def contacts(
         notes.append("nothing is in contact in the whole clip; planned as one flight, a parabola")
     else:
         falls = ~flags.any(axis=0) & (needed > rules.carried)
-        long = [run for run in _runs(falls) if run.sum() >= costs.fewest]
+        long = [run for run in runs(falls) if run.stop - run.start >= costs.fewest]
         notes += [_falls(run, rules, fit.times_s) for run in long]
     return flags, notes
 
 
-def _dearer(rested: Callable[[Array], tuple[Flags, float]], known: Array, run: Flags) -> float:
+def _dearer(rested: Callable[[Array], tuple[Flags, float]], known: Array, run: slice) -> float:
     """What it costs that a point with evidence (T,) rests in a run of frames, whatever the evidence there."""
-    return rested(np.where(run, CERTAIN, known))[1] - rested(known)[1]
+    surely = known.copy()
+    surely[run] = CERTAIN
+    return rested(surely)[1] - rested(known)[1]
 
 
 def _hangs(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Flags:
@@ -94,13 +96,6 @@ def _hangs(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Fla
 def _lowest(apart_m: Array, rules: PhaseRules) -> Flags:
     """Points that are as low as the lowest, (P, T)."""
     return np.asarray(apart_m < apart_m.min(axis=0) + rules.level_m)
-
-
-def _runs(flags: Flags) -> Iterator[Flags]:
-    """One for each run of frames (T,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
-    for start, end in edges.reshape(-1, 2):
-        yield (np.arange(len(flags)) >= start) & (np.arange(len(flags)) < end)
 
 
 def _under(flags: Flags, apart_m: Array, load_: Array, rules: PhaseRules) -> Flags:
@@ -128,7 +123,7 @@ def _carried(points: list[Point], under: Flags, times_s: Array) -> str:
     )
 
 
-def _falls(run: Flags, rules: PhaseRules, times_s: Array) -> str:
+def _falls(run: slice, rules: PhaseRules, times_s: Array) -> str:
     first, last = times_s[run][[0, -1]]
     return (
         f"the person does not fall at {first:.2f} to {last:.2f} s, but nothing rests within "

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon.geometry import rotations
 from simrecon.sim.models import compile_text
 from simrecon.sim.poses import posed
-from simrecon.types import Array, Body
+from simrecon.types import Array, Body, Flags, runs
 
 _SMOOTH_S = 0.08
 
@@ -71,8 +70,7 @@ def speed_mps(places_m: Array, times_s: Array) -> Array:
     return np.asarray(np.linalg.norm(np.gradient(smooth, interval, axis=0), axis=1))
 
 
-def spans(chosen: NDArray[np.bool_], times_s: Array, least_s: float) -> list[tuple[int, int]]:
+def spans(chosen: Flags, times_s: Array, least_s: float) -> list[tuple[int, int]]:
     """First and last frames of the runs of chosen frames (T,) that last at least `least_s`."""
-    edges = np.diff(np.concatenate(([0], chosen.astype(np.int8), [0])))
-    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
-    return [(int(a), int(b)) for a, b in runs if times_s[b] - times_s[a] >= least_s]
+    found = [(rows.start, rows.stop - 1) for rows in runs(chosen)]
+    return [(first, last) for first, last in found if times_s[last] - times_s[first] >= least_s]
