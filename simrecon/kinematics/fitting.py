@@ -57,7 +57,7 @@ def fit(
         evidence, lambda tried: _fitted(tried, scene, brief, request, (), spreads=False)
     )
     lean = None
-    if _unplaced(evidence, scene):
+    if plan.poses and _unplaced(evidence, scene):
         without = _without_floor(lens.middle(evidence), scene, brief, request)
         lean = tilt.estimated(lambda tried: _with_floor(without, (), lean=tried, spreads=False))
     fitted = _fitted(evidence, scene, plan, request, asked, lean=lean)
