@@ -42,6 +42,7 @@ def run(
     checkpoint: checkpoints.Store | None = None,
     threads: Threads | None = None,
     overwrite: bool = False,
+    keep: bool = True,
 ) -> Result:
     """Run a job, and write the result folder.
 
@@ -53,6 +54,7 @@ def run(
         checkpoint: where solved windows are kept, and taken from; None: nowhere.
         threads: of the simulator, instead of the job's; a function is called before each generation.
         overwrite: replace an earlier result even if it is better than this one.
+        keep: leave what can be replayed beside the folder, if that can't be written to its end.
 
     Returns:
         The result, read back from its folder: that of the job, or one beside it if that held a better one.
@@ -86,7 +88,7 @@ def run(
         scene, start, calibration = _calibrated(job, sources, simulate, observer)
         reconstruction = simulate(scene, start)
         result = results.write(
-            job, reconstruction, calibration, landmarks=sources.landmarks, overwrite=overwrite
+            job, reconstruction, calibration, landmarks=sources.landmarks, overwrite=overwrite, keep=keep
         )
         return result if job.no_report else _with_page(result)
 

@@ -12,7 +12,7 @@ from simrecon.batch import journal
 from simrecon.batch.clips import Clip
 from simrecon.batch.journal import Places
 from simrecon.errors import InputError, SimreconError
-from simrecon.io import provenance
+from simrecon.io import full, provenance
 from simrecon.results import placing
 from simrecon.results.folder import MOTION, REPORT, SCHEMA
 
@@ -23,13 +23,8 @@ class StoppedError(SimreconError):
 
 def failure(name: str, error: BaseException) -> dict[str, Any]:
     """How a clip failed: `kind` is `disk`, `stopped`, `input` (the same would come again) or `error`."""
-    causes, cause = [], error
-    while cause is not None and cause not in causes:
-        causes.append(cause)
-        cause = cause.__cause__ or cause.__context__  # type: ignore[assignment]
-    full = any(isinstance(item, OSError) and journal.is_full(item) for item in causes)
     kind = "input" if isinstance(error, InputError) else "error"
-    if full or isinstance(error, journal.DiskFullError):
+    if full.is_full(error):
         kind = "disk"
     elif isinstance(error, StoppedError):
         kind = "stopped"

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from simrecon.errors import InputError, SimreconError
-from simrecon.io import atomic, reading
+from simrecon.io import atomic, full, reading
 from simrecon.system import locks
 
 SCHEMA = "simrecon.batch/1"
@@ -22,10 +22,6 @@ LARGEST = 1e15
 Event = dict[str, Any]
 _TEXTS = ("clip", "input", "plan", "state", "stage", "message", "reason")
 _NUMBERS = ("video_s", "window", "windows", "loss", "part")
-
-
-class DiskFullError(SimreconError):
-    """There is no space left: the batch stops, for every further clip would fail as well."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +75,10 @@ class Places:
         return self.inner / "locks" / name
 
 
-def is_full(error: OSError) -> bool:
-    """Whether there was no space left, or no quota."""
-    return error.errno in (errno.ENOSPC, errno.EDQUOT)
-
-
 def cannot_write(folder: Path | str, error: OSError) -> SimreconError:
     """The error that a failed write ends with."""
-    if is_full(error):
-        return DiskFullError(
-            f"{folder}: the disk is full; nothing is lost: make space, then give the same command again"
-        )
+    if full.is_full(error):
+        return full.stopped(folder)
     return InputError(f"{folder}: cannot be written ({error.strerror or error}); valid: a writable folder")
 
 

@@ -23,6 +23,7 @@ from simrecon.batch.journal import Event, Journal, Places, cannot_write
 from simrecon.batch.ledger import Ledger, Outcome, Say
 from simrecon.batch.work import Assignment
 from simrecon.errors import SimreconError
+from simrecon.io import full
 from simrecon.io.messages import counted
 from simrecon.io.provenance import code_digest
 from simrecon.system import signals
@@ -187,10 +188,7 @@ class _Night:
             self._agenda.waiting.append(task)
         elif answer["kind"] == "disk":
             self._agenda.waiting.append(task)
-            raise journal.DiskFullError(
-                f"{self._places.root}: the disk is full; nothing is lost: make space, then give the same "
-                f"command again"
-            )
+            raise full.stopped(self._places.root)
         else:
             self._again(task, answer)
 

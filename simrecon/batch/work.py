@@ -22,7 +22,7 @@ from simrecon.batch.journal import Places
 from simrecon.drawing import overlay, video
 from simrecon.engines import checkpoint
 from simrecon.errors import SimreconError
-from simrecon.io import atomic
+from simrecon.io import atomic, full
 from simrecon.io.provenance import code_digest
 from simrecon.observer import Observer
 from simrecon.results import Result, placing, verdict
@@ -97,11 +97,11 @@ def _solve(
     began = time.perf_counter()
     store = checkpoint.Folder(places.checkpoints(clip.name) / job.key[:16])
     watcher = _Watcher(places, job, tell, stop)
-    result = run(clip.job(target), watcher, checkpoint=store, threads=threads, overwrite=True)
+    result = run(clip.job(target), watcher, checkpoint=store, threads=threads, overwrite=True, keep=False)
     _write_strip(places.thumbnail(clip.name), result)
     if shutil.disk_usage(target).free < FREE_MIN_BYTES:
         placing.discard(target)
-        raise journal.DiskFullError(f"{target}: the disk is full, so the result may not be whole")
+        raise full.DiskFullError(f"{target}: the disk is full, so the result may not be whole")
     figures = _figures(result, time.perf_counter() - began)
     records.write(places, clip.name, job.key, figures)
     shutil.rmtree(places.checkpoints(clip.name), ignore_errors=True)

@@ -18,7 +18,7 @@ from simrecon.bench import material
 from simrecon.bench.task import BenchmarkTask
 from simrecon.errors import SimreconError
 from simrecon.evaluation import fitted, scores
-from simrecon.io import atomic, reading
+from simrecon.io import atomic, full, reading
 from simrecon.job import Job, Person, Reading
 from simrecon.kinematics import world
 from simrecon.plan import Plan
@@ -36,11 +36,17 @@ def execute(task: BenchmarkTask) -> dict[str, Any]:
     Returns:
         `clip`, `variant`, `seed`, `status` (`done`, `kept` or `failed`), then `message` of a failure, or
         `key`, `scores` by motion, `intervals`, `run` (`schema.RUN_SCORES`) and `check` of the evaluator.
+
+    Raises:
+        DiskFullError: what is done is kept.
     """
     try:
-        return _said(task) | _execute(task)
+        with full.told(task.folder):
+            return _said(task) | _execute(task)
+    except full.DiskFullError:
+        raise
     except Exception as error:  # one clip that fails must not end a night of others
-        expected = isinstance(error, SimreconError | OSError)  # the latter of a disk that is full, or fails
+        expected = isinstance(error, SimreconError | OSError)  # the latter of a disk that fails
         return failed(task, str(error) if expected else traceback.format_exc(limit=-3))
 
 
@@ -67,7 +73,7 @@ def _execute(task: BenchmarkTask) -> dict[str, Any]:
     before = _recorded(mark)
     if before.get("key") != key or whole.damage(folder, before.get("files")):
         mark.unlink(missing_ok=True)
-        run(_job(task, file, scene, plan, folder), overwrite=True)
+        run(_job(task, file, scene, plan, folder), overwrite=True, keep=False)
         atomic.write_json(mark, {"key": key, "files": whole.note(folder)}, durable=True)
         status = "done"
     table = scores.score(folder, truth, file)

@@ -15,7 +15,7 @@ from simrecon.bench.schema import Check, Suite
 from simrecon.bench.task import BenchmarkTask, tasks
 from simrecon.errors import InputError
 from simrecon.exports import picture
-from simrecon.io import atomic, provenance
+from simrecon.io import atomic, full, provenance
 from simrecon.io.messages import counted
 from simrecon.system import processor
 
@@ -54,6 +54,7 @@ def run(
 
     Raises:
         InputError: a folder or name that can't be used.
+        DiskFullError: in one line, for all that could not be written; runs that are done are kept.
     """
     for kind, listed, there in (
         ("clip", clips, [clip.name for clip in suite.clip]),
@@ -75,6 +76,21 @@ def run(
         for task in tasks(suite, data.resolve(), output, evaluator)
         if (not clips or task.clip.name in clips) and (not variants or task.variant.name in variants)
     ]
+    with full.told(output):
+        rows = _rows(work, jobs, output, report_row)
+        content = _content(suite, jobs, rows)
+        done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
+        _save(suite, content, output)  # before the pictures, which can fail
+        content["pictures"] = _pictures(suite, done, output)
+        content["curves"] = _curves(suite, done, output)
+        _save(suite, content, output)
+    return content
+
+
+def _rows(
+    work: list[BenchmarkTask], jobs: int, output: Path, report_row: Callable[[int, int, Row], None]
+) -> dict[int, Row]:
+    """Do the tasks: rows by the index of theirs."""
     rows: dict[int, Row] = {}
     try:
         with contextlib.closing(processes.finished(work, jobs)) as finished:
@@ -84,6 +100,11 @@ def run(
     except KeyboardInterrupt as error:
         done = sum(row["status"] != "failed" for row in rows.values())
         raise KeyboardInterrupt(f"{done} of {counted(len(work), 'run')} kept in {output}") from error
+    return rows
+
+
+def _content(suite: Suite, jobs: int, rows: dict[int, Row]) -> Row:
+    """What is in the JSON, without pictures yet."""
     content: Row = {
         "schema": SCHEMA,
         "suite": suite.name,
@@ -97,12 +118,7 @@ def run(
     }
     content["checks"] = [checked(check) for check in suite.check]
     content["targets"] = targets.verdicts(suite, content["runs"])
-    done = [work[i] for i in sorted(rows) if rows[i]["status"] != "failed"]
     content["pictures"], content["curves"] = [], []
-    _save(suite, content, output)  # before the pictures, which can fail
-    content["pictures"] = _pictures(suite, done, output)
-    content["curves"] = _curves(suite, done, output)
-    _save(suite, content, output)
     return content
 
 

@@ -35,15 +35,19 @@ class Place:
 
 
 @contextlib.contextmanager
-def replacing(folder: Path | str) -> Iterator[Place]:
+def replacing(folder: Path | str, *, keep: bool = True) -> Iterator[Place]:
     """A folder beside the target to write into, which takes its place when the block ends without an error.
 
     It is on the disk before it is renamed.
 
+    Args:
+        folder: the target.
+        keep: leave what can be replayed if an error comes after the motion was there, and say where; False:
+            it can be made again from what is kept elsewhere.
+
     Raises:
         InputError: it can't be written.
-        SimreconError: something else went wrong after the motion was there. Either way what can be replayed
-            is kept, and the message says where.
+        SimreconError: something else went wrong after the motion was there, which is kept.
     """
     target = Path(folder).resolve()
     made = _missing_parents(target)
@@ -61,11 +65,11 @@ def replacing(folder: Path | str) -> Iterator[Place]:
         except KeyboardInterrupt as error:
             raise KeyboardInterrupt(f"{place.target} is whole but for its picture") from error
     except OSError as error:
-        whole = whole or _is_usable(place.partial)
+        whole = keep and (whole or _is_usable(place.partial))
         kept = f"; the result is kept in {place.partial}" if whole else ""
         raise InputError(f"{atomic.cannot_write(folder, error)}{kept}") from error
     except Exception as error:
-        if not (whole := _is_usable(place.partial)):
+        if not (whole := keep and (whole or _is_usable(place.partial))):
             raise
         reason = str(error) if isinstance(error, SimreconError) else f"{type(error).__name__}: {error}"
         raise SimreconError(f"{folder}: {reason}; the motion is kept in {place.partial}") from error
@@ -74,6 +78,8 @@ def replacing(folder: Path | str) -> Iterator[Place]:
             (place.partial / MARK).unlink(missing_ok=True)
         else:
             remove_unfinished(place.partial)
+            if place.partial != target and place.partial.is_dir():  # its mark was gone already
+                discard(place.partial)
             for parent in made:
                 with contextlib.suppress(OSError):
                     parent.rmdir()

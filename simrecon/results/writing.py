@@ -36,6 +36,7 @@ def write(
     *,
     landmarks: Path | None = None,
     overwrite: bool = False,
+    keep: bool = True,
 ) -> Result:
     """Write a result folder: the motion with all that belongs to it first, then a picture of it.
 
@@ -49,6 +50,7 @@ def write(
         landmarks: evidence file of a video, which is kept beside the result; None: there is none.
         overwrite: also replace an earlier result that is better; else this one is put beside it, into the
             first of `OUT-2`, `OUT-3`, … that is free.
+        keep: see `placing.replacing`.
 
     Returns:
         The result that was written, in its folder.
@@ -57,7 +59,7 @@ def write(
         InputError: the folder can't be written (see `folder.check_writable`).
     """
     folders.check_writable(job.output)
-    with placing.replacing(job.output) as place:
+    with placing.replacing(job.output, keep=keep) as place:
         partial = place.partial
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")

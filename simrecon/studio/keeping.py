@@ -57,7 +57,7 @@ def result(made: Result, folder: Path | str) -> Result:
         InputError: the folder can't be written, or holds what is no result.
     """
     check_writable(folder)
-    with placing.replacing(folder) as place:
+    with placing.replacing(folder, keep=False) as place:
         for path in sorted(made.folder.iterdir()):
             if path.name in FILES and path.name != JOB:
                 shutil.copyfile(path, place.partial / path.name)

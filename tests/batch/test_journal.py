@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from simrecon.batch import forecast, journal, status
-from simrecon.batch.journal import DiskFullError, Journal, Places
+from simrecon.batch.journal import Journal, Places
 from simrecon.errors import InputError
+from simrecon.io.full import DiskFullError
 
 
 def test_events_survive_a_line_that_was_cut_off(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from simrecon.errors import InputError
 from simrecon.evidence.video import weights
 from simrecon.io.provenance import code_digest
 from simrecon.job import Job
-from simrecon.results import placing
+from simrecon.results import placing, report
 from simrecon.types import Scene
 
 
@@ -190,6 +190,27 @@ def test_a_full_disk_is_told_from_other_errors() -> None:
     assert failures.failure("a", OSError(13, "Permission denied"))["kind"] == "error"
     assert failures.failure("a", InputError("bad"))["kind"] == "input"
     assert failures.failure("a", ValueError("x\ny"))["message"] == "ValueError: x y"
+
+
+def test_a_full_disk_leaves_nothing_but_what_goes_on(
+    job: Assignment, undisturbed: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A result whose report finds no space is made again from its windows."""
+    root, told = Path(job.root), list[dict[str, Any]]()
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(report, "make", fail)
+        said = work.solve(job, threads=1)
+    assert said["kind"] == "disk"
+    assert " is kept in " not in said["message"]
+    assert [path.name for path in root.iterdir()] == [".batch"]
+    assert "figures" in work.solve(job, threads=1, tell=told.append)
+    started = split(told)[1][0]
+    assert started["window"] == started["windows"]
+    assert (root / "one" / "motion.npz").read_bytes() == undisturbed
 
 
 def test_the_key_follows_all_that_the_result_depends_on(inputs: Path, plan: str, tmp_path: Path) -> None:

@@ -178,6 +178,32 @@ def test_a_clip_that_fails_stands_in_the_tables(data: Path, tmp_path: Path) -> N
     assert "| gone | – |" in page
 
 
+def full_disk(*_: object, **__: object) -> None:
+    try:
+        raise OSError(28, "No space left on device", "motion.npz")
+    except OSError as error:
+        raise InputError("motion.npz: cannot be written") from error
+
+
+@pytest.mark.parametrize("place", [(execution, "run"), (runner, "write")], ids=["a run", "the tables"])
+def test_a_full_disk_ends_a_suite_in_one_line(
+    data: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    place: tuple[Any, str],
+) -> None:
+    command = ["bench", str(data / "tiny.toml"), "--data", str(data), "-o", str(tmp_path)]
+    with monkeypatch.context() as patch:
+        patch.setattr(*place, full_disk)
+        assert cli.main([*command, "--threads", "1"]) == 1
+    lines = [line for line in capsys.readouterr().err.splitlines() if ": done" not in line]
+    assert lines == [
+        f"simrecon: error: {tmp_path}: the disk is full; nothing is lost: make space, then give the same "
+        "command again"
+    ]
+
+
 def test_the_command_writes_its_part_of_a_page(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -277,6 +277,22 @@ def test_a_motion_whose_last_file_fails_is_kept(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("error", [ValueError("odd"), SimreconError("no"), OSError(28, "No space left")])
+def test_a_motion_that_is_kept_elsewhere_leaves_nothing(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def fail(*_: object) -> Any:
+        raise error
+
+    for module, name in ((reports, "make"), (Path, "rename")):  # without its report, and but for its place
+        with monkeypatch.context() as patch:
+            patch.setattr(module, name, fail)
+            with pytest.raises(Exception, match=str(error.args[-1])) as caught:
+                results.write(job_of(tmp_path / "new" / "out"), run, keep=False)
+        assert " is kept in " not in str(caught.value)
+        assert names(tmp_path) == []
+
+
 def test_an_interrupted_write_leaves_nothing(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
