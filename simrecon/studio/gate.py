@@ -71,6 +71,12 @@ class Gate:
             headers: by name, as `headers.get` finds them.
             port: of the studio, after which its cookie is named.
         """
+        try:
+            return self._answer(path, headers, port)
+        except (LookupError, ValueError):  # a header that is there twice, an address that is none
+            return Answer(False, reason="the request is damaged")
+
+    def _answer(self, path: str, headers: Mapping[str, str], port: int) -> Answer:
         host = headers.get("Host", "")
         if not self._own(host):
             return Answer(False, reason="this studio is not asked for under that name")

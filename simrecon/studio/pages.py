@@ -27,11 +27,17 @@ def response(status: http.HTTPStatus, body: bytes, kind: str) -> Any:
     return Response(int(status), status.phrase, headers, body)
 
 
+def missing() -> Any:
+    """A response where there is no such file."""
+    return response(http.HTTPStatus.NOT_FOUND, b"404\n", "text/plain")
+
+
 def page(name: str) -> Any:
     """A file of the bar."""
-    path = resources.folder("studio") / "page" / name
-    if "/" in name or path.suffix not in _TYPES or not path.is_file():
-        return response(http.HTTPStatus.NOT_FOUND, b"404\n", "text/plain")
+    files = {path.name: path for path in (resources.folder("studio") / "page").iterdir()}
+    path = files.get(name)
+    if path is None or path.suffix not in _TYPES:
+        return missing()
     return response(http.HTTPStatus.OK, path.read_bytes(), _TYPES[path.suffix])
 
 

@@ -108,14 +108,17 @@ class Server:
         connection.simrecon_browser = answer.session
         if not answer.allowed:
             return pages.response(http.HTTPStatus.FORBIDDEN, f"403: {answer.reason}\n".encode(), "text/plain")
-        if request.headers.get("Upgrade", "").lower() == "websocket":
+        if "websocket" in map(str.lower, request.headers.get_all("Upgrade")):
             return None
         path = request.path.partition("?")[0]
         if path.startswith(PAGE):
             return pages.page(path.removeprefix(PAGE))
         if "Accept-Encoding" in request.headers:  # to compress the page takes longer than to send it
             del request.headers["Accept-Encoding"]
-        response = process_request(connection, request)
+        try:
+            response = process_request(connection, request)
+        except (OSError, ValueError):  # a name that no file can have
+            response = pages.missing()
         if path in ("/", "/index.html") and response is not None:
             response = pages.with_bar(response)
         return pages.marked(response, answer)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from simrecon.studio.gate import AWAY_S, Gate, new_token
@@ -62,6 +64,29 @@ def test_a_browser_that_came_in_needs_the_token_no_more(gate: Gate) -> None:
 def test_another_host_is_refused_even_with_the_token(gate: Gate, host: str) -> None:
     """A page of the web whose name leads here (DNS rebinding)."""
     assert not gate.ask("/?token=secret", {"Host": host}, 8020).allowed
+
+
+class Doubled(dict[str, str]):
+    """Headers of which one is there twice, as the server gives them."""
+
+    def get(self, name: str, default: Any = None) -> Any:
+        if name == "Cookie":
+            raise LookupError(name)
+        return super().get(name, default)
+
+
+@pytest.mark.parametrize(
+    ("path", "headers"),
+    [
+        ("/?token=secret", {"Host": "[::1"}),
+        ("/?token=secret", {**HOST, "Origin": "http://[x"}),
+        ("//[?token=secret", HOST),
+        ("/?token=secret", Doubled(HOST)),
+    ],
+)
+def test_a_request_that_says_nothing_clear_is_refused(gate: Gate, path: str, headers: dict[str, str]) -> None:
+    answer = gate.ask(path, headers, 8020)
+    assert (answer.allowed, answer.reason) == (False, "the request is damaged")
 
 
 def test_another_page_may_not_connect(gate: Gate) -> None:

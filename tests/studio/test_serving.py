@@ -77,8 +77,14 @@ def test_the_page_is_only_for_who_has_the_token(studio: Any) -> None:
     for path in ("/", "/?token=wrong", "/studio/bar.js", "/studio/bar", "/index.html"):
         status, _, body = asked(studio.address, path)
         assert (status, b"token" in body) == (403, True), path
-    for path in ("/studio/../serving.py", "/studio/__init__.py", "/studio/%2e%2e/tab.py", "/../setup.cfg"):
+    long = "a" * 2000
+    for path in (
+        "/studio/../serving.py", "/studio/__init__.py", "/studio/%2e%2e/tab.py", "/../setup.cfg",
+        f"/{long}", f"/studio/{long}.js",
+    ):  # fmt: skip
         assert asked(studio.address, path, Cookie=cookie)[0] == 404, path
+    for headers in ({"Host": "[::1"}, {"Origin": "http://[x"}):
+        assert asked(studio.address, Cookie=cookie, **headers)[0] == 403
 
 
 def test_another_name_and_another_page_are_refused(studio: Any) -> None:
