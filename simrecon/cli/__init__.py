@@ -37,6 +37,7 @@ def main(argv: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     os.environ.setdefault("MUJOCO_GL", "disable")  # or it starts a process that looks for a screen
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")  # or lines of its own stand beside those of errors
     try:
         with signals.interruptible():
             status = _status(sys.argv[1:] if argv is None else argv)

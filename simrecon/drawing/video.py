@@ -14,6 +14,7 @@ from simrecon.evidence.video import opening
 from simrecon.evidence.video.opening import Form
 from simrecon.io import atomic
 from simrecon.io.messages import counted
+from simrecon.io.paths import plain
 from simrecon.types import Array, IntArray, Part
 
 Image = NDArray[np.uint8]
@@ -69,17 +70,17 @@ def write_video(path: Path | str, images: Iterable[Image], fps: float) -> None:
         InputError: it can't be written.
     """
     path = Path(path)
-    with atomic.reported(path), atomic.beside(path) as partial:
-        _encode(partial, path, images, fps)
+    with atomic.reported(path), atomic.beside(path) as partial, plain(partial) as name:
+        _encode(name, path, images, fps)
 
 
-def _encode(partial: Path, path: Path, images: Iterable[Image], fps: float) -> None:
+def _encode(name: str, path: Path, images: Iterable[Image], fps: float) -> None:
     writer: cv2.VideoWriter | None = None
     try:
         for image in images:
             if writer is None:
                 size = (image.shape[1], image.shape[0])
-                writer = cv2.VideoWriter(str(partial), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+                writer = cv2.VideoWriter(name, cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
                 if not writer.isOpened():
                     raise InputError(f"{path}: cannot write the video: is the folder there and writable?")
             writer.write(image)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from simrecon.errors import InputError
@@ -23,3 +26,23 @@ def usable(path: str | os.PathLike[str]) -> Path:
     if not is_usable(text):
         raise InputError(f"found the path {text!r}; valid: the name of a file or folder")
     return Path(path)
+
+
+@contextlib.contextmanager
+def plain(path: Path) -> Iterator[str]:
+    """The whole path of a file, for a library that takes text alone.
+
+    OpenCV ends the process over a name that is no UTF-8: a link in a temporary folder stands for it while the
+    block lasts, whether the file is there or is to be written. A relative name such as `http:host` would be
+    an address to FFmpeg.
+    """
+    whole = path.absolute()
+    try:
+        os.fspath(whole).encode()
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory(prefix="simrecon-") as folder:
+            link = Path(folder) / f"file{path.suffix if path.suffix.isascii() else ''}"
+            link.symlink_to(whole)
+            yield str(link)
+    else:
+        yield str(whole)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from simrecon.errors import InputError
+from simrecon.evidence import keys
 from simrecon.io.arrays import Arrays
 from simrecon.io.npz import load
 from simrecon.replay import NO_STEP, PLANNED, SIMULATED
@@ -59,11 +60,7 @@ def read(folder: Path | str) -> Motion:
     arrays = load(path / MOTION if path.is_dir() else path)
     arrays.text("schema", (SCHEMA,))
     joint_names, parts = arrays.names("joint_names", "K"), arrays.names("contact_body", "C")
-    times = arrays.finite("times_s", ("T",))
-    if len(times) < 2:
-        arrays.fail("times_s", "a single frame", "two frames or more")
-    if (np.diff(times) <= 0).any():
-        arrays.fail("times_s", "times that do not increase", "increasing times in seconds")
+    times = keys.times(arrays)
     qpos, qvel = arrays.finite("qpos", ("T", "nq")), arrays.finite("qvel", ("T", "nv"))
     torque, state0 = arrays.finite("torque_Nm", ("T", "nu")), arrays.finite("state0", ("nstate",))
     ctrl = _control(arrays, "ctrl", torque.shape[1])

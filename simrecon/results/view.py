@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from simrecon import scene as scenes
 from simrecon.body import clothed, known
 from simrecon.drawing import overlay
 from simrecon.errors import InputError
+from simrecon.io.messages import shown
 from simrecon.io.paths import usable
 from simrecon.job import Job
 from simrecon.plan import Plan
@@ -97,6 +98,7 @@ class Result:
                 f"{self.folder / folders.MOTION}: qpos, torque_Nm, state0: hold {_listed(shape)}; "
                 f"valid: those of {folders.MODEL}, {_listed(own)}"
             )
+        self._check_parts({model.geom(row).name for row in range(model.ngeom)})
         return model
 
     @cached_property
@@ -109,7 +111,17 @@ class Result:
             body = known.of_mjcf(text, person.height_m)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
+        self._check_parts({part.name for part in body.primitives})
         return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
+
+    def _check_parts(self, names: Collection[str]) -> None:
+        """Check that what touches in the motion is a part of the person."""
+        for name in self.motion.contact_body:
+            if name not in names:
+                raise InputError(
+                    f"{self.folder / folders.MOTION}: contact_body: found {shown(name)}; "
+                    f"valid: parts of the person in {folders.MODEL}"
+                )
 
     @cached_property
     def plan(self) -> Plan:

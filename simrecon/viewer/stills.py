@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 
 from simrecon.drawing import canvas
+from simrecon.errors import InputError
+from simrecon.evidence.video import opening
 from simrecon.types import IntArray
 
 VIDEO = "overlay.mp4"
@@ -42,9 +44,11 @@ def make(folder: Path, rows: IntArray) -> list[dict[str, Any]]:
 
 def _read(path: Path, wanted: dict[int, int]) -> list[tuple[int, bytes]]:
     """JPEGs of frames of a video, with what each is called by."""
-    if not path.is_file():
+    taken: list[tuple[int, bytes]] = []
+    try:
+        capture = opening.open_video(path)
+    except InputError:
         return []
-    capture, taken = cv2.VideoCapture(str(path)), []
     try:
         for position in range(max(wanted) + 1):
             if position not in wanted:

@@ -66,6 +66,9 @@ def _first_frame(held: dict[str, Any]) -> dict[str, Any]:
         (lambda held: held["kinematic_qpos"].__setitem__((slice(None), slice(3, 7)), 0), "unit quaternions"),
         (lambda held: held["qpos"].__setitem__((slice(None), slice(7, 11)), 0.1), "unit quaternions"),
         (lambda held: held.update(state0=held["state0"][:10]), "10 numbers of state"),
+        (lambda held: held.update(times_s=1e-9 * held["times_s"]), "a median interval of"),
+        (lambda held: held.update(times_s=1e9 * held["times_s"]), "a median interval of"),
+        (lambda held: held["contact_body"].__setitem__(0, "\ud800"), r"contact_body: found '\\ud800'"),
     ],
 )
 def test_motions(damage: Callable[[dict[str, Any]], Any], message: str, damaged: Path) -> None:
@@ -76,6 +79,15 @@ def test_motions(damage: Callable[[dict[str, Any]], Any], message: str, damaged:
     np.savez_compressed(path, **held)
     with pytest.raises(InputError, match=message):
         _ = results.open_result(damaged).model
+
+
+def test_a_part_that_the_person_does_not_have(damaged: Path) -> None:
+    path = damaged / "motion.npz"
+    with np.load(path) as file:
+        held = {key: file[key] for key in file.files}
+    np.savez_compressed(path, **{**held, "contact_body": ["tail", *held["contact_body"][1:]]})
+    with pytest.raises(InputError, match=r"motion\.npz: contact_body: found 'tail'; valid: parts of the"):
+        _ = results.open_result(damaged).body
 
 
 def test_the_body_has_the_shape_of_the_report(damaged: Path) -> None:

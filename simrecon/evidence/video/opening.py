@@ -12,6 +12,7 @@ import numpy as np
 from simrecon.errors import InputError
 from simrecon.evidence.video import codecs
 from simrecon.evidence.video.blazepose import Image
+from simrecon.io.paths import plain
 
 # FFmpeg, within OpenCV, would write lines of its own beside our errors; it looks at this when first used.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
@@ -57,12 +58,15 @@ class Form:
 def open_video(path: Path) -> cv2.VideoCapture:
     """Open a video, whose images come turned as the file says.
 
+    FFmpeg alone is asked: OpenCV's other readers print names as they are, and take some for patterns.
+
     Raises:
         InputError: it is not there, or can't be opened.
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such video")
-    capture = cv2.VideoCapture(str(path))
+    with plain(path) as name:
+        capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG)
     if not capture.isOpened():
         raise codecs.unreadable(path, "a file that cannot be opened as a video")
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
