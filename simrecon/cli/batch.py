@@ -157,19 +157,20 @@ def _end(outcome: Outcome, output: str) -> int:
     }
     print(", ".join(f"{len(names)} {word}" for word, names in counts.items() if names) or "nothing to do")
     for name in outcome.fallback:
-        print(f"fallback  {name}")
+        print(f"fallback  {printable(name)}")
     for name, message in outcome.failed.items():
-        print(f"failed    {name}: {printable(message)}")
+        print(f"failed    {printable(name)}: {printable(message)}")
     if outcome.left:
-        print(f"left      {', '.join(outcome.left)}; the same command goes on ({outcome.reason})")
-    print(f"report    {Path(output) / 'index.html'}")
+        names = printable(", ".join(outcome.left))
+        print(f"left      {names}; the same command goes on ({printable(outcome.reason)})")
+    print(f"report    {printable(str(Path(output) / 'index.html'))}")
     if outcome.reason == "interrupted":
         return EXIT_INTERRUPTED
     return EXIT_FALLBACK if outcome.failed or outcome.left or outcome.fallback else 0
 
 
 def _dry_run(parsed: argparse.Namespace, listed: tuple[clips.Clip, ...], settings: Settings) -> int:
-    forecast = ahead.plan_ahead(listed, settings, lambda line: print(line, file=sys.stderr))
+    forecast = ahead.plan_ahead(listed, settings, lambda line: print(printable(line), file=sys.stderr))
     if parsed.json:
         print(json.dumps(forecast, indent=1))
     else:
@@ -186,13 +187,14 @@ def _show(forecast: dict[str, Any]) -> None:
     kept = f", {len(forecast['kept'])} are done" if forecast["kept"] else ""
     print(f"clips     {to_do} to do, {forecast['video_s']:.1f} s of video{kept}")
     for name, rate in forecast["seconds"].items():
-        print(f"cost      {rate:.1f} s on one core per second of video, plan {Path(name).stem}, measured now")
+        plan = printable(Path(name).stem)
+        print(f"cost      {rate:.1f} s on one core per second of video, plan {plan}, measured now")
     print(
         f"time      {duration(forecast['wall_s'])} with {forecast['jobs']} at once, until {end} if begun now"
     )
     print("disk      {} of {} free".format(*_megabytes(forecast)))
     for name, message in forecast["failed"].items():
-        print(f"bad       {name}: {printable(message)}")
+        print(f"bad       {printable(name)}: {printable(message)}")
 
 
 def _megabytes(forecast: dict[str, Any]) -> tuple[str, str]:

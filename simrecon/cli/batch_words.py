@@ -44,7 +44,7 @@ def _verify(parsed: argparse.Namespace) -> int:
 def _report(parsed: argparse.Namespace) -> int:
     places = Places(Path(parsed.folder))
     try:
-        print(page.write(places))
+        print(printable(str(page.write(places))))
     except OSError as error:
         raise cannot_write(places.page, error) from error
     return 0

@@ -10,7 +10,7 @@ from typing import Any
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.contact import wishes
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.io import atomic
 from simrecon.io.messages import counted
 from simrecon.results import contacts, open_result
@@ -42,5 +42,5 @@ def _show(options: argparse.Namespace) -> int:
         if spans:
             seconds = sum(high - low for low, high in spans)
             print(f"{part:<14} touches {counted(len(spans), 'time')}, {seconds:.2f} s in all")
-    print(f"written        {options.output}")
+    print(f"written        {printable(options.output)}")
     return 0

@@ -15,6 +15,7 @@ from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
+from simrecon.errors import printable
 from simrecon.evidence.video import weights
 from simrecon.io import provenance
 from simrecon.system import extras, memory
@@ -41,7 +42,7 @@ def add(commands: Any) -> None:
 def _doctor(options: argparse.Namespace) -> int:
     found = list(lines(Path(options.folder)))
     for about, state, text in found:
-        print(f"{about:<20} {state:<8} {text}".rstrip())
+        print(f"{about:<20} {state:<8} {printable(text)}".rstrip())
     failed = [about for about, state, _ in found if state == FAILS]
     print(f"\n{_verdict(failed)}")
     return EXIT_FAILS if failed else 0

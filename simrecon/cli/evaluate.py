@@ -10,7 +10,7 @@ from typing import Any
 from simrecon import results
 from simrecon.cli import arguments, observing
 from simrecon.cli.commands import purpose
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.evaluation import scores, table
 from simrecon.evidence import Span
 from simrecon.io import atomic
@@ -59,5 +59,6 @@ def _eval(options: argparse.Namespace) -> int:
             atomic.write_text(options.output, content + "\n")
     if results.read_motion(options.result).is_planned:
         print("result is a plan: nothing was simulated", file=sys.stderr)
-    print(content if options.json else table.text(scored))
+    lines = [content] if options.json else map(printable, table.text(scored).split("\n"))
+    print("\n".join(lines))  # a reference may name anything
     return 0

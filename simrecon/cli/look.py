@@ -48,7 +48,7 @@ def _look(parsed: argparse.Namespace) -> int:
     video.write_image(target, looked.sheet(path, detected, asked))
     for name, words in _facts(detected):
         print(f"{name:<9}{printable(words)}")
-    print(f"{'written':<9}{target}")
+    print(f"{'written':<9}{printable(str(target))}")
     return 0
 
 

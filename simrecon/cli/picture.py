@@ -9,6 +9,7 @@ from typing import Any
 from simrecon.body import clothed
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
+from simrecon.errors import printable
 from simrecon.exports import picture
 from simrecon.results import open_result
 
@@ -35,5 +36,5 @@ def _picture(options: argparse.Namespace) -> int:
     pairs = zip(picture.write(options.result, target, options.at, options.style), options.at, strict=True)
     shown = (f"{frame} ({word if word in picture.WORDS else f'at {word} s'})" for frame, word in pairs)
     print(f"frames    {', '.join(shown)}; the first one of the clip is 0")
-    print(f"written   {target}")
+    print(f"written   {printable(str(target))}")
     return 0

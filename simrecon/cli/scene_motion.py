@@ -9,7 +9,7 @@ from simrecon import kinematics, plan, suggesting
 from simrecon import scene as scenes
 from simrecon.cli import observing
 from simrecon.drawing import stage, video
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.evidence import resample
 from simrecon.io.messages import counted
 from simrecon.job import Job, inputs
@@ -41,7 +41,7 @@ def check_motion(options: argparse.Namespace) -> int:
         when = ", ".join(f"{fit.times_s[a]:.2f}-{fit.times_s[b]:.2f} s" for a, b in spans[:6])
         more = f" and {counted(len(spans) - 6, 'time')} more" if len(spans) > 6 else ""
         deepest = f"{1e3 * entry.depth_m[worst]:.0f} mm at {fit.times_s[worst]:.2f} s ({entry.parts[worst]})"
-        print(f"{entry.name:<16} {deepest}; {when}{more}")
+        print(f"{printable(entry.name):<16} {deepest}; {when}{more}")
     check.refuse_start(model, scene, with_items_at_rest(model, fit.qpos[:1])[0])
     return 0
 
@@ -65,7 +65,7 @@ def show(options: argparse.Namespace) -> int:
         raise InputError(f"{path}: is no .png; valid: a name that ends in .png")
     video.write_image(path, stage.draw(scene, fit))
     print(listed(scene))
-    print(f"written   {path}")
+    print(f"written   {printable(str(path))}")
     return 0
 
 
@@ -89,7 +89,7 @@ def propose(options: argparse.Namespace) -> int:
         for entry in suggestions:
             edited.add(entry.item)
         edited.save(options.output)
-        print(f"# written: {options.output}")
+        print(f"# written: {printable(options.output)}")
     return 0
 
 
@@ -111,4 +111,4 @@ def listed(scene: Scene) -> str:
             lines[-1] += "; " + meshes.note(item, scene.folder)
         if item.kind == "trampoline":
             lines[-1] += f"; {sheets.natural_frequency_hz(item):.2f} Hz under {sheets.RATED_KG:g} kg"
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))

@@ -7,7 +7,7 @@ from typing import Any
 
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.evidence.video import fetching, weights
 
 
@@ -31,7 +31,7 @@ def _fetch(parsed: argparse.Namespace) -> int:
     selected = ["detector", *(parsed.names or fetching.default())]
     report = fetching.fetch(selected, force=parsed.force)
     for name, what in report.items():
-        print(f"{name:<9}{what:<15}{weights.folder() / weights.entry(name).file}")
+        print(f"{name:<9}{what:<15}{printable(str(weights.folder() / weights.entry(name).file))}")
     if not parsed.names and "heavy" not in report:
         print("heavy    not fetched    it comes by npm alone, which is not there")
     return 0
@@ -41,7 +41,7 @@ def _list(_options: argparse.Namespace) -> int:
     for one in weights.TABLE:
         state = weights.state(one)
         path = weights.folder() / one.file if state != "missing" else one.purpose
-        print(f"{one.name:<9}{state:<9}{path}")
+        print(f"{one.name:<9}{state:<9}{printable(str(path))}")
     states = {one.name: weights.state(one) for one in weights.TABLE}
     usable = any(states[name] == "there" for name in weights.MODELS)
     if states["detector"] != "there" or not usable or "damaged" in states.values():

@@ -1,13 +1,17 @@
-"""Paths that the system can't follow are the user's, in one line."""
+"""Paths that the system can't follow are the user's, in one line; names are shown with escapes."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from simrecon import cli
+from simrecon import cli, results
+from simrecon.metrics.truth import TRUTH_SCHEMA
 from tests.support.corpus import CASES
+from tests.support.runs import job_of
 
 CLIP = str(CASES / "trc_keypoint_names.trc")
 
@@ -35,3 +39,32 @@ def test_a_result_does_not_replace_the_folder_one_is_in(
     assert cli.main(["run", CLIP, "-o", "."]) == 2
     assert "the folder that this runs in" in capsys.readouterr().err
     assert Path.cwd() == tmp_path
+
+
+def test_names_reach_the_terminal_with_escapes(
+    run: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "red\x1b[31m"
+    room, truth, out = place / "room.toml", place / "truth.npz", place / "out"
+    motion = results.write(job_of(out), run).motion
+    np.savez(
+        truth,
+        schema=TRUTH_SCHEMA,
+        times_s=motion.times_s,
+        joint_names=motion.joint_names,
+        joints_m=motion.joints_m,
+        peer_names=["\x1b]0;title\x07"],
+        peer_joints_m=motion.joints_m[None],
+    )
+    for words in (
+        ["scene", "new", str(room)],
+        ["scene", "show", str(room)],
+        ["contacts", "show", str(out), "-o", str(place / "contacts.toml")],
+        ["picture", str(out), "--at", "lowest"],
+        ["report", str(out)],
+        ["eval", str(out), str(truth)],
+    ):
+        assert cli.main(words) == 0
+        said = "".join(capsys.readouterr())
+        assert "\x1b" not in said, words
+        assert "\\x1b" in said or words[1] == "new", words
