@@ -138,7 +138,7 @@ def _named(entries: list[tuple[str | None, Clip]]) -> list[Clip]:
         if name is None and count[clip.name.lower()] > 1:
             told = f"{clip.input} {clip.options.get('person')} {clip.plan}"
             parts = [f" {key} {clip.options[key]}" for key in OF_PART if key in clip.options]
-            mark = hashlib.sha256((told + "".join(parts)).encode()).hexdigest()[:6]
+            mark = hashlib.sha256((told + "".join(parts)).encode("utf-8", "surrogateescape")).hexdigest()[:6]
             clip = replace(clip, name=f"{clip.name}_{mark}")
         if clip.name in named:
             raise InputError(

@@ -9,7 +9,7 @@ from simrecon import plan as plans
 from simrecon import resources
 from simrecon.bench import checks
 from simrecon.bench.schema import Suite
-from simrecon.errors import InputError
+from simrecon.errors import InputError, printable
 from simrecon.io import tables
 from simrecon.io.messages import hint
 
@@ -34,7 +34,7 @@ def read(name_or_path: str | Path) -> Suite:
         )
     suite = tables.read(Suite, path, "suite")
     checks.check(suite, str(path))
-    return dataclasses.replace(suite, name=path.stem, folder=path.parent)
+    return dataclasses.replace(suite, name=printable(path.stem), folder=path.parent)
 
 
 def with_plan(suite: Suite, name: str) -> Suite:

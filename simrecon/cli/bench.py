@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from simrecon.bench import page, runner, suite
 from simrecon.cli import arguments
 from simrecon.cli.commands import purpose
 from simrecon.errors import InputError, printable
+from simrecon.io import reading
 
 EXIT_FAILED = 1
 
@@ -49,6 +51,7 @@ def _bench(options: argparse.Namespace) -> int:
     report = Path(options.write) if options.write else None
     if report is not None and not report.parent.is_dir():
         raise InputError(f"--write: found no folder {report.parent}; valid: a file in an existing folder")
+    before = "" if report is None else _before(report)
     content = runner.run(
         chosen,
         Path(options.data),
@@ -62,11 +65,25 @@ def _bench(options: argparse.Namespace) -> int:
     )
     text = page.markdown(chosen, content)
     if report is not None:
-        before = report.read_text(encoding="utf-8") if report.is_file() else ""
         runner.write(report, page.replaced(before, chosen.name, text))
         runner.copy_curves(chosen, content, Path(options.output), report.parent)
     print("\n".join(map(printable, text.split("\n"))), end="")  # a suite may hold any text
     return EXIT_FAILED if any(row["status"] == "failed" for row in content["runs"]) else 0
+
+
+def _before(report: Path) -> str:
+    """The page whose part is replaced, which may not be there yet.
+
+    Raises:
+        InputError: it can't be read.
+    """
+    if not os.path.lexists(report):
+        return ""
+    try:
+        return reading.read_text(report)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"--write: {report}: cannot be read ({reason}); valid: a page in UTF-8") from error
 
 
 def _say(done: int, count: int, row: dict[str, Any]) -> None:

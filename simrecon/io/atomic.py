@@ -105,8 +105,8 @@ def write_bytes(target: Path | str, content: bytes, *, durable: bool = False) ->
 
 
 def write_text(target: Path | str, content: str) -> None:
-    """Write a file as UTF-8; see `write_bytes`."""
-    write_bytes(target, content.encode("utf-8"))
+    """Write a file as UTF-8, with the bytes of paths (`os.fsdecode`) as they are; see `write_bytes`."""
+    write_bytes(target, content.encode("utf-8", "surrogateescape"))
 
 
 def write_json(target: Path | str, content: Any, *, durable: bool = False) -> None:

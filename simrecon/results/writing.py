@@ -63,7 +63,7 @@ def write(
         partial = place.partial
         (partial / folders.MOTION).write_bytes(motion_file.dumps(run.motion))
         (partial / folders.MODEL).write_text(run.problem.mjcf, encoding="utf-8")
-        (partial / folders.SCENE).write_text(scenes.dumps(run.fit.scene), encoding="utf-8")
+        atomic.write_text(partial / folders.SCENE, scenes.dumps(run.fit.scene))
         if job.contacts:
             (partial / folders.CONTACTS).write_text(wishes.dumps(job.contacts), encoding="utf-8")
         content = report.make(job, run, run.seconds, calibration)

@@ -46,7 +46,7 @@ class Edited:
             InputError: it can't be read, or is not valid.
         """
         files.read(path)
-        return cls(read_bytes(path).decode("utf-8"), path)
+        return cls(read_bytes(path).decode("utf-8", "surrogateescape"), path)
 
     @property
     def names(self) -> list[str]:

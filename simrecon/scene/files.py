@@ -22,7 +22,7 @@ def read(path: Path | str) -> Scene:
     Raises:
         InputError: it can't be read, is not TOML, or holds an unknown key or kind or an impossible value.
     """
-    return scene(toml.load(path, "scene"), path)
+    return scene(toml.load(path, "scene", any_bytes=True), path)
 
 
 def parse(text: str, path: Path | str = "scene.toml") -> Scene:

@@ -133,4 +133,4 @@ class Session:
 def _text(path: Path) -> str:
     """The text of a scene file that is valid."""
     scenes.read(path)
-    return read_bytes(path).decode("utf-8")
+    return read_bytes(path).decode("utf-8", "surrogateescape")

@@ -39,6 +39,13 @@ def test_globs_and_files(tmp_path: Path) -> None:
     assert [clip.name for clip in found] == ["a", "b", "c"]
 
 
+def test_clips_of_the_same_name_in_folders_whose_names_are_no_text(tmp_path: Path) -> None:
+    places = [os.fsdecode(name) for name in (b"x\xe9", b"y\xe9")]
+    touch(tmp_path, *(f"{place}/clip.npz" for place in places))
+    found = clips.collect([str(tmp_path / place / "clip.npz") for place in places])
+    assert len({clip.name for clip in found}) == 2
+
+
 def test_clips_of_the_same_name_get_names_of_their_own_that_last(tmp_path: Path) -> None:
     touch(tmp_path, "x/clip.npz", "y/clip.npz", "y/other.npz", "z/CLIP.npz")
     given = [str(tmp_path / name / "*.npz") for name in ("x", "y", "z")]

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -219,6 +220,22 @@ def test_the_command_writes_its_part_of_a_page(
     assert text.startswith("# Results\n\nBefore.\n\n<!-- bench tiny -->\n## Suite `tiny`")
     assert cli.main([*command, "--clips", "sit"]) == 2
     assert "clip: found sit; valid: stand" in capsys.readouterr().err
+
+
+def test_a_page_that_cannot_be_read_is_said_before_the_runs(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "page.md").write_bytes(b"caf\xe9")
+    command = ["bench", str(data / "tiny.toml"), "--data", str(data), "-o", str(tmp_path / "out")]
+    assert cli.main([*command, "--write", str(tmp_path / "page.md")]) == 2
+    assert "page.md: cannot be read" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_suite_whose_file_is_no_text_has_a_name(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"caf\xe9.toml")
+    path.write_text(SUITE, encoding="utf-8")
+    assert suite.read(path).name == r"caf\udce9"  # of tables and pages, which are UTF-8
 
 
 def test_sections_are_replaced_and_others_kept() -> None:

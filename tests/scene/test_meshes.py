@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 from pathlib import Path
 
 import mujoco
@@ -12,7 +13,7 @@ import trimesh
 
 from simrecon import scene as scenes
 from simrecon.errors import InputError
-from simrecon.scene import mesh_shapes, meshes
+from simrecon.scene import edit, mesh_shapes, meshes
 from simrecon.types import Scene
 
 BODY = """
@@ -186,6 +187,19 @@ def test_a_scene_that_is_written_elsewhere_names_the_folder_of_its_meshes(tmp_pa
     outside.write_text("folder = 3\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"room.toml: folder must be a path in quotes, found 3"):
         scenes.read(outside)
+
+
+def test_a_folder_whose_name_is_no_text_is_kept_in_a_scene(tmp_path: Path) -> None:
+    place, elsewhere = tmp_path / os.fsdecode(b"caf\xe9"), tmp_path / "result"
+    for folder in (place, elsewhere):
+        folder.mkdir()
+    scene = scene_of(place, trimesh.creation.box((1.0, 1.0, 1.0)))
+    scenes.write(scene, elsewhere / "scene.toml")
+    again = scenes.read(elsewhere / "scene.toml")
+    assert Path(again.folder) == place.resolve()
+    edited = edit.Edited.read(elsewhere / "scene.toml")
+    edited.set("m", "yaw_rad", 0.5)
+    assert Path(edited.save().folder) == place.resolve()
 
 
 @NEEDS_COACD
