@@ -124,6 +124,23 @@ def undistort(lens: Lens, pixels: Array) -> Array:
     return rays.reshape(np.shape(pixels))
 
 
+def resected(lens: Lens, points_m: Array, pixels: Array) -> Array | None:
+    """Where a camera stands (4, 4) that sees points (N, 3) of the world at pixels (N, 2), six or more.
+
+    Perspective-n-point (SQPnP); None where the points do not say it, such as points at one place.
+    """
+    try:
+        solved, rotvec, translation = cv2.solvePnP(
+            points_m, pixels, lens.matrix_px, lens.distortion, flags=cv2.SOLVEPNP_SQPNP
+        )
+    except cv2.error:
+        return None
+    transform = np.eye(4)
+    transform[:3, :3] = rotations.matrix(rotations.exp(np.ravel(rotvec)))
+    transform[:3, 3] = np.ravel(translation)
+    return transform if solved and np.isfinite(transform).all() else None
+
+
 def focal_px(lens: Lens) -> float:
     """Geometric mean of the two focal lengths."""
     return float(np.sqrt(lens.matrix_px[0, 0] * lens.matrix_px[1, 1]))

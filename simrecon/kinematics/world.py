@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from simrecon.geometry import camera as cameras
@@ -38,13 +37,8 @@ def _placed(evidence: Evidence, lens: Lens) -> Array:
     known = np.isfinite(world).all(axis=1) & np.isfinite(pixels).all(axis=1)
     if known.sum() < 6:
         return LEVEL
-    solved, rotvec, translation = cv2.solvePnP(
-        world[known], pixels[known], lens.matrix_px, lens.distortion, flags=cv2.SOLVEPNP_SQPNP
-    )
-    transform = np.eye(4)
-    transform[:3, :3] = rotations.matrix(rotations.exp(np.ravel(rotvec)))
-    transform[:3, 3] = np.ravel(translation)
-    return transform if solved else LEVEL
+    found = cameras.resected(lens, world[known], pixels[known])
+    return LEVEL if found is None else found
 
 
 def placed(fit: KinematicFit, camera: Camera | None) -> KinematicFit:

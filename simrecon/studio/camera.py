@@ -104,11 +104,5 @@ def _resected(clip: Clip, evidence: Evidence) -> Camera | None:
     sure = np.isfinite(pixels).all(axis=1) & (evidence.scores[:, known].ravel() > _SURE)
     if sure.sum() < _LEAST_POINTS:
         return None
-    done, turn, shift = cv2.solvePnP(
-        world[sure], pixels[sure], camera.lens.matrix_px, camera.lens.distortion, flags=cv2.SOLVEPNP_SQPNP
-    )
-    if not done:
-        return None
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], shift[:, 0]
-    return cameras.still(camera.lens, pose, clip.frames)
+    pose = cameras.resected(camera.lens, world[sure], pixels[sure])
+    return None if pose is None else cameras.still(camera.lens, pose, clip.frames)
