@@ -111,7 +111,13 @@ class Result:
             body = known.of_mjcf(text, person.height_m)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-        self._check_parts({part.name for part in body.primitives})
+        own = {part.name for part in body.primitives}
+        self._check_parts(own)
+        for name in sorted(own - {*self.motion.contact_body}):
+            raise InputError(
+                f"{self.folder / folders.MOTION}: contact_body: found no {name}; "
+                f"valid: all parts of the person in {folders.MODEL}"
+            )
         return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
 
     def _check_parts(self, names: Collection[str]) -> None:

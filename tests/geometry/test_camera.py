@@ -57,7 +57,8 @@ def test_undistortion_is_the_inverse(rays: list[tuple[float, float]]) -> None:
 def test_where_a_camera_stands_is_found_if_the_points_say_it(rng: np.random.Generator) -> None:
     points = rng.uniform(-1.0, 1.0, (8, 3))
     camera = Camera(LENS, transform()[None])
-    found = cameras.resected(LENS, points, cameras.project(camera, points[:, None])[:, 0])
+    found = cameras.resected(LENS, points, cameras.project(camera, points[None])[0])
+    assert found is not None
     np.testing.assert_allclose(found, transform(), atol=1e-6)
     assert cameras.resected(LENS, np.zeros((8, 3)), np.full((8, 2), 300.0)) is None
 

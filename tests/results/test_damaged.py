@@ -88,6 +88,11 @@ def test_a_part_that_the_person_does_not_have(damaged: Path) -> None:
     np.savez_compressed(path, **{**held, "contact_body": ["tail", *held["contact_body"][1:]]})
     with pytest.raises(InputError, match=r"motion\.npz: contact_body: found 'tail'; valid: parts of the"):
         _ = results.open_result(damaged).body
+    for key in ("contact_force_N", "contact_point_m", "contact_slip_mps", "contact_probability"):
+        held[key] = held[key][:, 1:]
+    np.savez_compressed(path, **{**held, "contact_body": held["contact_body"][1:]})
+    with pytest.raises(InputError, match=f"contact_body: found no {held['contact_body'][0]}; valid: all"):
+        _ = results.open_result(damaged).body
 
 
 def test_the_body_has_the_shape_of_the_report(damaged: Path) -> None:
