@@ -111,14 +111,18 @@ class Result:
             body = known.of_mjcf(text, person.height_m)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-        own = {part.name for part in body.primitives}
+        self._check_person(body)
+        return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
+
+    def _check_person(self, body: Body) -> None:
+        """Check that the motion is one of the person, of all parts."""
+        own, path = {part.name for part in body.primitives}, self.folder / folders.MOTION
         self._check_parts(own)
         for name in sorted(own - {*self.motion.contact_body}):
-            raise InputError(
-                f"{self.folder / folders.MOTION}: contact_body: found no {name}; "
-                f"valid: all parts of the person in {folders.MODEL}"
-            )
-        return replace(body, betas=np.array(person.betas), shape_space=person.shape_space)
+            raise InputError(f"{path}: contact_body: found no {name}; valid: all parts of the person")
+        found, least = self.motion.qpos.shape[1], 3 + 4 * len(body.skeleton.names)
+        if found < least:
+            raise InputError(f"{path}: qpos: found {found} coordinates; valid: the person's {least}, or more")
 
     def _check_parts(self, names: Collection[str]) -> None:
         """Check that what touches in the motion is a part of the person."""

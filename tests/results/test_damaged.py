@@ -95,6 +95,17 @@ def test_a_part_that_the_person_does_not_have(damaged: Path) -> None:
         _ = results.open_result(damaged).body
 
 
+def test_a_motion_without_the_persons_joints(damaged: Path) -> None:
+    path = damaged / "motion.npz"
+    with np.load(path) as file:
+        held = {key: file[key] for key in file.files}
+    for key in ("qpos", "kinematic_qpos"):
+        held[key] = held[key][:, :7]
+    np.savez_compressed(path, **held)
+    with pytest.raises(InputError, match=r"motion\.npz: qpos: found 7 coordinates; valid: the person's 71"):
+        _ = results.open_result(damaged).body
+
+
 def test_the_body_has_the_shape_of_the_report(damaged: Path) -> None:
     path = damaged / "report.json"
     report = json.loads(path.read_text(encoding="utf-8"))
