@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from simrecon.body.primitives import entries
 from simrecon.contact.parts import HEELS, SEAT, TOES
 from simrecon.contact.parts import rows as part_rows
 from simrecon.types import Array, ContactLabels, ContactTargets, IntArray, Primitive, Skeleton
@@ -18,6 +20,9 @@ is laid flat, and one that the evidence tilts by more is left as it is (docs/stu
 be narrower than a sole."""
 # Flesh gives way, primitives don't: who is held a little deep in a seat bears on it.
 SEAT_DEPTH_M = 0.02
+
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+"""Signs of the corners of a box."""
 
 Places = tuple[IntArray, IntArray, IntArray]
 """Supports, contact points and frames."""
@@ -124,20 +129,28 @@ def lowest(rows: IntArray, clearance: Array, first: int = 0) -> Places:
     return support + first, rows[row], frames
 
 
-def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> ContactPoints:
-    """Ends of the capsules and corners of the boxes; `primitives` have their soles at sole_m = 0."""
+def contact_points(
+    skeleton: Skeleton, primitives: tuple[Primitive, ...], *, rolling: bool = False
+) -> ContactPoints:
+    """Ends of the capsules and corners of the boxes.
+
+    Args:
+        skeleton: of the person.
+        primitives: with their soles at sole_m = 0.
+        rolling: whether soles bear at a heel and a ball that are round, and not at their corners.
+    """
     segments, offsets, radii, sole, owner, mass = [], [], [], [], [], []
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     for part in primitives:
-        capsule = part.kind == "capsule"
-        places = part.points_m if capsule else part.points_m + signs * part.size_m
-        for place in places:
-            segments.append(skeleton.names.index(part.segment))
-            offsets.append(place)
-            radii.append(part.size_m[0] if capsule else 0.0)
-            sole.append(float(part.name.endswith("_foot")))
-            owner.append(part.name)
-            mass.append(part.mass_kg / len(places))
+        foot = part.name.endswith("_foot")
+        places, sizes = _spheres(part)
+        if foot and rolling:
+            places[::2], sizes[::2] = _rolling(part)
+        segments += [skeleton.names.index(part.segment)] * len(places)
+        offsets += [*places]
+        radii += [*sizes]
+        sole += [float(foot)] * len(places)
+        owner += [part.name] * len(places)
+        mass += [part.mass_kg / len(places)] * len(places)
     parts = np.array(owner)
     drop = np.outer(sole, [0.0, 0.0, -1.0])
     # corners with the lower sign of z come first in every pair
@@ -153,3 +166,25 @@ def contact_points(skeleton: Skeleton, primitives: tuple[Primitive, ...]) -> Con
         seat,
         part_rows(primitives, tuple(owner)),
     )
+
+
+def _spheres(part: Primitive) -> tuple[Array, Array]:
+    """Centres (P, 3) and radii (P,): ends of a capsule, or corners of a box."""
+    if part.kind == "capsule":
+        return part.points_m, np.full(2, part.size_m[0])
+    return part.points_m + _CORNERS * part.size_m, np.zeros(len(_CORNERS))
+
+
+def _rolling(foot: Primitive) -> tuple[Array, Array]:
+    """Centres (4, 3) and radii (4,) of heel and ball of a sole, in the order of its lower corners."""
+    length, back = 2.0 * foot.size_m[0], foot.points_m[0, 0] - foot.size_m[0]
+    at, radius = length * np.array([_entry(foot)["rolling"][end] for end in ("heel", "ball")]).T  # (2,) each
+    places = foot.points_m + _CORNERS[::2] * foot.size_m  # (4, 3)
+    places[:, 0] = back + np.repeat(at, 2)
+    places[:, 2] += np.repeat(radius, 2)
+    return places, np.repeat(radius, 2)
+
+
+def _entry(part: Primitive) -> dict[str, Any]:
+    """What `models/body/primitives.toml` says of a primitive."""
+    return next(entry for entry in entries() if entry["name"] == part.name)

@@ -129,7 +129,7 @@ def _without_floor(
     variables, base = start(skeleton, see, camera, len(bodies.length_names()) if free else 0)
 
     weights = plan if known == "scene" else terms.floating(plan)
-    contacts = contact_points(skeleton, parts)
+    contacts = contact_points(skeleton, parts, rolling=plan.soles == "rolling")
     problem = Problem.of_clip(skeleton, contacts, scene, base, see, weights, lengths=free)
     variables, iterations = _minimise(problem, variables)
     return _Floorless(

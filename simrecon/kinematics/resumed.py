@@ -52,7 +52,8 @@ def resume(
         see = replace(see, joints_m=see.joints_m * (large / size(evidence, skeleton)))
     see = world.observed(see, fit.world, fit.camera)
     root, base, rotvecs = layout.from_qpos(fit.qpos)
-    contacts, free = contact_points(skeleton, own.primitives), len(own.lengths) > 0
+    free, rolling = len(own.lengths) > 0, plan.soles == "rolling"
+    contacts = contact_points(skeleton, own.primitives, rolling=rolling)
     problem = Problem.of_clip(skeleton, contacts, fit.scene, base, see, plan, lengths=free)
     upright = np.zeros((problem.leans.shape[1], layout.LEAN))
     variables = Variables(root, rotvecs, own.log_scale, own.sole_m, own.lengths, upright)

@@ -12,6 +12,8 @@ PRIORS = ("gaussian", "flow")
 """Names of the pose priors in `simrecon.prior`."""
 CONTACTS = ("rules", "network")
 """Names of what tells contacts in `simrecon.contact`."""
+SOLES = ("edges", "rolling")
+"""Where a foot may bear in fit and plan: at the corners of its box, or at a round heel and a round ball."""
 PLANNERS = ("none", "soft_contact", "centroidal")
 """Names of the planners in `simrecon.planners`."""
 STRENGTHS = ("usual", "trained")
@@ -133,6 +135,7 @@ class Kinematics:
     balance: float = number(0.0)
     evaluations: int = number(1, 1_000_000)
     contact_model: str = choice(*CONTACTS, default="rules")
+    soles: str = choice(*SOLES, default="edges")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,11 +143,12 @@ class SoftContact:
     """`[soft_contact]`: the planner of that name, `planners.soft_contact`; the section may be left out.
 
     `units` are those of force and moment, as shares of body weight and of that times stature, a round each.
-    `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss. `rate_per_s`
-    is how fast the force may change, in body weights, and `place_m` how far the centre of mass may be led
-    from that of the fit: σ_r and σ_p. `node_spacing_s` puts the poses on cubic splines with nodes so far
-    apart, 0 = each frame has its own; `lengths` lets the person's size and lengths move. `kinematic` is how
-    many evaluations come first, without physics; `curved_every` and `history` are of the search.
+    `distance_m`, `slip_mps` and `rest` are what makes a force dear: σ_d, σ_v and ε of its loss; `seat` is
+    the share of ε that counts for pelvis and thighs, which bear without effort. `rate_per_s` is how fast
+    the force may change, in body weights, and `place_m` how far the centre of mass may be led from that of
+    the fit: σ_r and σ_p. `node_spacing_s` puts the poses on cubic splines with nodes so far apart, 0 = each
+    frame has its own; `lengths` lets the person's size and lengths move. `kinematic` is how many
+    evaluations come first, without physics; `curved_every` and `history` are of the search.
     """
 
     weight: float = number(0.0, 1e6, default=1.0)
@@ -153,6 +157,7 @@ class SoftContact:
     distance_m: float = number(1e-4, 1.0, default=0.01)
     slip_mps: float = number(1e-3, 10.0, default=0.1)
     rest: float = number(1e-9, 1.0, default=1e-3)
+    seat: float = number(1e-6, 1.0, default=1.0)
     rate_per_s: float = number(1e-3, 1e6, default=5.0)
     place_m: float = number(1e-4, 1e3, default=0.03)
     node_spacing_s: float = number(0.0, 60.0, default=0.1)

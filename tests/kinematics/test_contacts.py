@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simrecon import body as bodies
 from simrecon.contact import labels
-from simrecon.kinematics.contacts import pulls
+from simrecon.kinematics.contacts import contact_points, pulls
 from simrecon.kinematics.problem import Problem
 
 
@@ -22,6 +23,22 @@ def test_contact_points_are_those_of_the_primitives(problem: Problem) -> None:
         np.testing.assert_allclose(touch.offsets_m[rows, 2], corners[:, 2].min())
         assert len({tuple(place) for place in touch.offsets_m[rows]}) == 4
         np.testing.assert_array_equal(touch.drop[rows], np.tile([0.0, 0.0, -1.0], (4, 1)))
+
+
+def test_soles_that_roll_bear_at_a_round_heel_and_a_round_ball(problem: Problem) -> None:
+    person = bodies.build(problem.skeleton, height_m=1.75, mass_kg=70.0)
+    edges = contact_points(person.skeleton, person.primitives)
+    touch = contact_points(person.skeleton, person.primitives, rolling=True)
+    np.testing.assert_array_equal(touch.parts[0], edges.parts[0])
+    for rows in touch.soles:
+        heel, tip = edges.offsets_m[rows[[0, 2]], 0]
+        at = (touch.offsets_m[rows, 0] - heel) / (tip - heel)
+        np.testing.assert_allclose(at, [0.165, 0.165, 0.847, 0.847])
+        np.testing.assert_allclose(touch.radii_m[rows] / (tip - heel), [0.124, 0.124, 0.062, 0.062])
+        lowest = touch.offsets_m[rows, 2] - touch.radii_m[rows]
+        np.testing.assert_allclose(lowest, edges.offsets_m[rows, 2])
+    others = np.setdiff1d(np.arange(len(touch.segments)), touch.soles)
+    np.testing.assert_array_equal(touch.offsets_m[others], edges.offsets_m[others])
 
 
 def test_both_buttocks_of_hips_at_rest_are_held_to_a_seat(problem: Problem) -> None:

@@ -274,3 +274,14 @@ def test_the_settings_of_a_plan_count(fit: KinematicFit, seen: Evidence, referen
     assert found.root_wrench is not None
     assert reference.root_wrench is not None
     assert np.abs(found.root_wrench).mean() > 3 * np.abs(reference.root_wrench).mean()
+
+
+def test_a_seat_is_cheaper_than_feet(fit: KinematicFit, planned: Planned) -> None:
+    world = planned.world
+    cheap = replace(world, scales=replace(world.scales, seat=0.25))
+    state = State(planned.problem, variables_of(fit))
+    saved = Motion(state, world).cost - Motion(state, cheap).cost  # (n, G)
+    names = np.array(planned.problem.skeleton.names)[planned.problem.contacts.segments]
+    sits = np.isin(names, ("pelvis", "left_hip", "right_hip"))
+    scale = world.scales.rest / world.weight_N**2
+    np.testing.assert_allclose(saved / scale, np.broadcast_to(0.75 * sits, saved.shape), atol=1e-4)

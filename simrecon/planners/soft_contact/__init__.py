@@ -4,6 +4,7 @@ masses      the person as point masses
 asked       what a user wishes of the contacts, as forces
 forces      the forces of a scene that explain a wrench best
 physics     what moves the body, and what pushing costs
+scales      units of that, and what a force costs at least
 objective   both with the evidence terms of the kinematic fit
 steady      what keeps its forces smooth, and its place the fit's
 curvature   of all that, for the search

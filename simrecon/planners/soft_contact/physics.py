@@ -2,18 +2,19 @@
 
     L = w Δt (Σ_t min_f (½ ‖(w_t - A_t f) / σ‖² + ½ Σ_i k_i ‖f_i‖²) + S),   f_i in the friction cone
     w_t = (Σ m (ẍ - g), Σ m (x - c) × ẍ)
-    k_i = (ε + (d_i⁺ / σ_d)² + (d_i⁺ / σ_d)⁴ + ‖ẋ_i‖² / σ_v²) / (M g)²
+    k_i = (ε_i + (d_i⁺ / σ_d)² + (d_i⁺ / σ_d)⁴ + ‖ẋ_i‖² / σ_v²) / (M g)²
 
 w is what moves the body, about its centre of mass c, by finite differences of its point masses; it is the
 root's row of eq. 2, for joints may exert what they like (eq. 3). Contact i at distance d that slips with ẋ
 may push, but at a price: eq. 4 with the square of the force in the place of its soft step, and dearer with
 the distance, so that nothing pushes from afar. So forces are no unknowns of the search: the best ones
-belong to the poses (`forces`). S is what keeps a plan `steady`.
+belong to the poses (`forces`). ε_i is ε, and less by a factor for pelvis and thighs, on which one sits
+without effort. S is what keeps a plan `steady`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,29 +25,10 @@ from simrecon.planners.soft_contact import forces
 from simrecon.planners.soft_contact.asked import Asked
 from simrecon.planners.soft_contact.forces import Explained
 from simrecon.planners.soft_contact.masses import Masses
+from simrecon.planners.soft_contact.scales import Scales
 from simrecon.types import Array, IntArray
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Units of the term.
-
-    Attributes:
-        share: σ, of force in body weights and of moment in these times stature.
-        distance_m, slip_mps: σ_d and σ_v.
-        rest: ε.
-        rate_per_s: σ_r, of the change of force and moment in these shares.
-        place_m: σ_p, of the centre of mass about that of the fit.
-    """
-
-    share: float = 0.05
-    distance_m: float = 0.01
-    slip_mps: float = 0.1
-    rest: float = 1e-3
-    rate_per_s: float = 5.0
-    place_m: float = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +45,7 @@ class World:
     masses: Masses
     stature_m: float
     friction: Array
-    scales: Scales = Scales()
+    scales: Scales = field(default_factory=Scales)
     asked: Asked | None = None
 
     def in_units(self, share: float) -> World:
@@ -136,7 +118,9 @@ class Motion:
         scales = self.world.scales
         far = np.maximum(self.apart_m[:, 1:-1], 0.0) / scales.distance_m
         slip = np.sum(self.slips**2, axis=2) / scales.slip_mps**2  # (G, T - 1)
-        price = scales.rest + far**2 + far**4 + (slip[:, 1:] + slip[:, :-1]) / 2  # (G, n)
+        problem = self.state.problem
+        rest = scales.rests([problem.skeleton.names[row] for row in problem.contacts.segments])
+        price = rest[:, None] + far**2 + far**4 + (slip[:, 1:] + slip[:, :-1]) / 2  # (G, n)
         return np.asarray(price.T / self.world.weight_N**2)
 
     def explained(self, rows: IntArray, start: Array | None = None) -> Explained:

@@ -21,7 +21,8 @@ from simrecon.planners.soft_contact.curvature import curvature
 from simrecon.planners.soft_contact.masses import Masses
 from simrecon.planners.soft_contact.nodes import Nodes, laid
 from simrecon.planners.soft_contact.objective import Planned
-from simrecon.planners.soft_contact.physics import Scales, World
+from simrecon.planners.soft_contact.physics import World
+from simrecon.planners.soft_contact.scales import Scales
 from simrecon.planners.soft_contact.spline_conditioning import condition
 from simrecon.types import Body, Evidence, KinematicFit
 
@@ -66,6 +67,7 @@ def _world(fit: KinematicFit, asked: SoftContact, scale: float) -> World:
         distance_m=asked.distance_m,
         slip_mps=asked.slip_mps,
         rest=asked.rest,
+        seat=asked.seat,
         rate_per_s=asked.rate_per_s,
         place_m=asked.place_m,
     )

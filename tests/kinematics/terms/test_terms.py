@@ -33,6 +33,7 @@ SETTINGS = {
     "seed_frames",
     "prior_model",
     "contact_model",
+    "soles",
     "evaluations",
 }
 SCALES = {"keypoint_scale_px", "joint_scale_m", "place_scale_m"}
