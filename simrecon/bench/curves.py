@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from simrecon.body.primitives import FEET
 from simrecon.evaluation import simulated
 from simrecon.evaluation.simulated import Simulated
 from simrecon.io import atomic
 from simrecon.metrics.dynamics import body_weight_pct, implied_grf
 from simrecon.metrics.filters import low_pass, possible_hz
 from simrecon.metrics.rates import at
-from simrecon.metrics.truth import CUTOFF_HZ, FEET, SIDES, Truth, read_truth
+from simrecon.metrics.truth import CUTOFF_HZ, SIDES, Truth, read_truth
 from simrecon.system import extras
 from simrecon.types import Array, Flags
 

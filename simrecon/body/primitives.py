@@ -12,6 +12,8 @@ from simrecon.body import mass, names
 from simrecon.body import skeleton as skeletons
 from simrecon.types import Body, Primitive, Skeleton
 
+FEET = ("left_foot", "right_foot")
+"""Primitives that are feet."""
 THINNEST_M = 0.01
 """Of a foot, whose sole a fit that is cut short may leave higher than the ankle."""
 

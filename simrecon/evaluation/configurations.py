@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 
 from simrecon import scene as scenes
+from simrecon.body.primitives import FEET
 from simrecon.metrics.clearance import box_clearance
-from simrecon.metrics.truth import FEET
 from simrecon.sim.address import locate
 from simrecon.sim.poses import at_rest, posed
 from simrecon.types import Array, IntArray, Scene

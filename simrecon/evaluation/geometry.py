@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simrecon.body.primitives import FEET
 from simrecon.evaluation.configurations import Configurations
 from simrecon.metrics import clearance, feet
 from simrecon.metrics.rates import H36M_HZ, resampled
 from simrecon.metrics.statistics import Scores, Series, of_frames
-from simrecon.metrics.truth import FEET
 from simrecon.types import Array, Flags
 
 

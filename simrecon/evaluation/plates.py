@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from simrecon.body.primitives import FEET
 from simrecon.contact import rules
 from simrecon.evaluation.comparison import Comparison
 from simrecon.metrics import dynamics
 from simrecon.metrics.filters import low_pass, possible_hz
 from simrecon.metrics.rates import at
 from simrecon.metrics.statistics import Scores, of_frames
-from simrecon.metrics.truth import CUTOFF_HZ, FEET, Plates, Pushes
+from simrecon.metrics.truth import CUTOFF_HZ, Plates, Pushes
 from simrecon.types import Array, Flags, Motion
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simrecon.body.primitives import FEET
 from simrecon.errors import InputError
 from simrecon.io.arrays import Arrays
 from simrecon.io.npz import load
@@ -20,8 +21,6 @@ BODY_JOINTS = tuple(
     f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist") for side in SIDES
 )
 """The 12 joints of every position score, hips first."""
-FEET = ("left_foot", "right_foot")
-"""Primitives that are feet."""
 FOOT_POINTS = ("left_heel", "right_heel", "left_toe", "right_toe")
 ALIASES = {"left_foot_index": "left_toe", "right_foot_index": "right_toe"}
 CUTOFF_HZ = 20.0

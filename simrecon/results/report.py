@@ -13,6 +13,7 @@ from simrecon import plan as plans
 from simrecon import scene as scenes
 from simrecon import trust
 from simrecon.body import names
+from simrecon.body.primitives import FEET
 from simrecon.evidence import cutting, sides
 from simrecon.geometry import camera as cameras
 from simrecon.io import provenance, tables
@@ -31,7 +32,6 @@ from simrecon.sim.poses import posed
 from simrecon.softfloor import Calibration
 from simrecon.types import Array, Evidence, KinematicFit, Report, WindowResult
 
-_FEET = ("left_foot", "right_foot")
 _FOOT_JOINTS = ("left_ankle", "right_ankle")
 
 
@@ -142,7 +142,7 @@ def plausibility(run: Reconstruction) -> dict[str, float | None]:
 def _foot_clearance(run: Reconstruction) -> Array:
     """Height of each foot's lowest corner over what is under its centre, (S, 2); none of the fallback."""
     model, qpos = run.problem.model, run.motion.qpos[run.motion.kept]
-    boxes = locate(model).geoms(model, _FEET)
+    boxes = locate(model).geoms(model, FEET)
     centres, axes = np.empty((len(qpos), 2, 3)), np.empty((len(qpos), 2, 3, 3))
     for frame, data in enumerate(posed(model, qpos)):
         centres[frame], axes[frame] = data.geom_xpos[boxes], data.geom_xmat[boxes].reshape(-1, 3, 3)

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from simrecon.body.primitives import FEET
 from simrecon.contact import parts, rules
 from simrecon.exports.axes import TO_Y_UP
 from simrecon.geometry import rotations
 from simrecon.results import Result, contacts, kinematic
 from simrecon.types import Array, Flags, IntArray, Interval, Motion, runs
 
-FEET = ("left_foot", "right_foot")
 AXES = ("side (x)", "bend (y)", "twist (z)")
 """Components of a joint's rotation vector, in the axes of the upper segment: forward, left, up."""
 

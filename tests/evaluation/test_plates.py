@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simrecon.body.primitives import FEET
 from simrecon.evaluation import plates
-from simrecon.metrics.truth import FEET, Plates, Pushes
+from simrecon.metrics.truth import Plates, Pushes
 
 DT, MASS_KG = 0.01, 60.0
 WEIGHT_N = MASS_KG * 9.81

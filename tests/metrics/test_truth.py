@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from simrecon.body.primitives import FEET
 from simrecon.errors import InputError
 from simrecon.metrics import truth as truths
 
@@ -33,7 +34,7 @@ def test_forces_on_the_primitives_of_a_simulated_reference(tmp_path: Path) -> No
     truth = truths.read_truth(path)
     assert truth.plates is None
     assert truth.pushes is not None
-    np.testing.assert_array_equal(truth.pushes.on(truths.FEET), force[:, [2, 1]])
+    np.testing.assert_array_equal(truth.pushes.on(FEET), force[:, [2, 1]])
     np.savez(path, allow_pickle=False, **arrays | {"contact_body": np.array(["pelvis", "right_foot", "l"])})
     with pytest.raises(InputError, match="contact_body: found no left_foot; valid: both feet"):
         truths.read_truth(path)

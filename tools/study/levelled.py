@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simrecon import kinematics
+from simrecon.body.primitives import FEET
 from simrecon.evaluation.configurations import Configurations, configurations
-from simrecon.metrics.truth import FEET
 from simrecon.plan import Plan
 from simrecon.scene import build
 from simrecon.sim.models import compile_text

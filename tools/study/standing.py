@@ -27,13 +27,14 @@ from simrecon import evidence as readers
 from simrecon import plan as plans
 from simrecon import planners
 from simrecon.bench import plates
+from simrecon.body.primitives import FEET
 from simrecon.evaluation import scores, simulated
 from simrecon.evaluation.simulated import Simulated
 from simrecon.job import Job
 from simrecon.metrics.dynamics import GRAVITY_MPS2, UP_MPS2, body_weight_pct
 from simrecon.metrics.filters import low_pass
 from simrecon.metrics.rates import at
-from simrecon.metrics.truth import FEET, Truth, read_truth
+from simrecon.metrics.truth import Truth, read_truth
 from simrecon.results import kinematic
 from simrecon.types import Array
 from tools.study import feasibility, levelled
