@@ -151,8 +151,8 @@ def _blocks(content: str) -> list[str]:
     except tomllib.TOMLDecodeError:
         return []
     rows = [part["item"] for part in parts if "item" in part]
-    whole = all(len(row) == 1 and isinstance(row, list) for row in rows) and not parts[0]
-    return texts if whole else []
+    whole = all(len(row) == 1 and isinstance(row, list) for row in rows)
+    return texts if whole and not {"item", GROUND} & parts[0].keys() else []
 
 
 def _without_trivia(block: str) -> tuple[str, str]:

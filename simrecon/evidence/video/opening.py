@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,12 +67,22 @@ def open_video(path: Path) -> cv2.VideoCapture:
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such video")
-    with plain(path) as name:
+    with plain(path) as name, _silent():
         capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG)
     if not capture.isOpened():
         raise codecs.unreadable(path, "a file that cannot be opened as a video")
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
     return capture
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """OpenCV writes no lines of its own beside our errors."""
+    before = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(before)
 
 
 def form(capture: cv2.VideoCapture, turn_deg: int = 0) -> Form:
