@@ -11,6 +11,7 @@ from scipy.optimize import brentq, curve_fit
 
 from simrecon import body as bodies
 from simrecon import scene as scenes
+from simrecon.body.primitives import FEET
 from simrecon.evaluation import loads
 from simrecon.geometry import rotations
 from simrecon.sim.models import compile_text
@@ -132,7 +133,7 @@ def _pose(person: Body, *, flexed_rad: float = 0.0, lean_rad: float = 0.0) -> Ar
     joints = rotations.multiply(rotations.conjugate(person.skeleton.rest[1:]), rotations.exp(turns))
     qpos = np.concatenate((np.zeros(3), rotations.exp(np.array([0.0, lean_rad, 0.0])), joints.ravel()))
     model, data = _placed(person, qpos)
-    feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
+    feet = [model.geom(foot).id for foot in FEET]
     qpos[2] = -_lowest(model, data, feet)
     return qpos
 

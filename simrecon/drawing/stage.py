@@ -9,6 +9,7 @@ from simrecon import body as bodies
 from simrecon import prior
 from simrecon import scene as scenes
 from simrecon.body import primitives
+from simrecon.body.primitives import FEET
 from simrecon.drawing import canvas
 from simrecon.drawing.animation import Animation
 from simrecon.drawing.canvas import Image
@@ -77,7 +78,7 @@ def _rest(model: mujoco.MjModel, person: Body) -> Array:
     qpos[3] = 1.0
     qpos[7 : 7 + 4 * count] = rotations.exp(prior.gaussian(person.skeleton).mean_rad).ravel()
     data = next(posed(model, qpos[None]))
-    feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
+    feet = [model.geom(foot).id for foot in FEET]
     reach = np.abs(data.geom_xmat[feet].reshape(-1, 3, 3)[:, 2] * model.geom_size[feet]).sum(axis=1)
     qpos[2] = -float((data.geom_xpos[feet, 2] - reach).min())
     return qpos

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from simrecon.body.primitives import entries
+from simrecon.body.primitives import FEET, entries
 from simrecon.contact.parts import HEELS, SEAT, TOES
 from simrecon.contact.parts import rows as part_rows
 from simrecon.types import Array, ContactLabels, ContactTargets, IntArray, Primitive, Skeleton
@@ -141,7 +141,7 @@ def contact_points(
     """
     segments, offsets, radii, sole, owner, mass = [], [], [], [], [], []
     for part in primitives:
-        foot = part.name.endswith("_foot")
+        foot = part.name in FEET
         places, sizes = _spheres(part)
         if foot and rolling:
             places[::2], sizes[::2] = _rolling(part)
@@ -154,7 +154,7 @@ def contact_points(
     parts = np.array(owner)
     drop = np.outer(sole, [0.0, 0.0, -1.0])
     # corners with the lower sign of z come first in every pair
-    soles = np.array([np.flatnonzero(parts == f"{side}_foot")[::2] for side in ("left", "right")])
+    soles = np.array([np.flatnonzero(parts == foot)[::2] for foot in FEET])
     seat = np.array([np.flatnonzero(parts == f"{side}_buttock") for side in ("left", "right")])
     return ContactPoints(
         np.array(segments),

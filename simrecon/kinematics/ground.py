@@ -15,6 +15,7 @@ import numpy as np
 
 from simrecon import scene as scenes
 from simrecon.body import surface
+from simrecon.body.primitives import FEET
 from simrecon.geometry import rotations
 from simrecon.kinematics import forward
 from simrecon.optim import lbfgs
@@ -201,7 +202,7 @@ def skin(
         values[: part.points_m.size] = part.points_m.ravel()
         values[6 : 6 + len(part.size_m)] = part.size_m
         points = scale * surface.samples(part.kind, values)[0]
-        if part.name.endswith("_foot"):
+        if part.name in FEET:
             points = points - sole_m * UP
             if not toes:
                 ball = skeleton.point_names.index(part.name.replace("_foot", "_mtp"))
@@ -209,5 +210,5 @@ def skin(
         segments = np.full(len(points), skeleton.names.index(part.segment))
         parts.append(np.swapaxes(forward.points(pose, segments, points), 0, 1))
     names = [part.name for part in primitives]
-    left, right = (parts[names.index(f"{side}_foot")] for side in ("left", "right"))
+    left, right = (parts[names.index(foot)] for foot in FEET)
     return left, right, np.concatenate(parts, axis=1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simrecon import body as bodies
+from simrecon.body.primitives import FEET
 from simrecon.kinematics import floor, person
 from simrecon.kinematics.problem import drops
 from simrecon.plan import Kinematics
@@ -70,6 +71,6 @@ def unscaled(fit: KinematicFit, evidence: Evidence, plan: Kinematics, worth: Tru
 def resized(part: Primitive, scale: float, sole_m: float) -> Primitive:
     """A primitive at another scale, and a foot with its sole lower by so much."""
     points = scale * part.points_m
-    if part.name.endswith("_foot"):
+    if part.name in FEET:
         points = points - sole_m * np.array([0.0, 0.0, 1.0])
     return replace(part, points_m=points, size_m=scale * part.size_m)

@@ -445,7 +445,11 @@ def changed(folder: Path, tmp_path: Path, **arrays: Any) -> Path:
         ("qpos", lambda x: x[:-1], r"qpos: found shape"),
         ("qvel", lambda x: x * np.nan, r"qvel: found \d+ NaN"),
         ("ctrl", lambda x: x[:, :-1], r"ctrl: found shape"),
-        ("times_s", lambda x: x[::-1], r"times_s: found .* then .* at frame"),
+        (
+            "times_s",
+            lambda x: x[::-1],
+            r"times_s: found [\d.]+ then [\d.]+ at frame 1; valid: increasing times",
+        ),
         ("frame_step", lambda x: x + 1000, r"frame_step: found 1000 to \d+; valid: whole numbers from -1 to"),
         ("frame_step", lambda x: x - 1, r"frame_step: found steps that do not fit the status"),
         ("status", lambda x: x + 3, r"status: found 3 to 3; valid: whole numbers from 0 to 2"),

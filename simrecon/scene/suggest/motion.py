@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from simrecon.body.primitives import FEET
 from simrecon.geometry import rotations
 from simrecon.sim.models import compile_text
 from simrecon.sim.poses import posed
@@ -45,7 +46,7 @@ def measure(person: Body, times_s: Array, qpos: Array) -> Motion:
     """
     model = compile_text(person.mjcf)
     seat = [model.geom(name).id for name in ("pelvis", "left_buttock", "right_buttock")]
-    feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
+    feet = [model.geom(foot).id for foot in FEET]
     chest = model.body("neck").id
     frames = len(qpos)
     under, soles, trunk = np.empty(frames), np.empty((2, frames, 4, 3)), np.empty((frames, 3))
