@@ -13,7 +13,9 @@ from simrecon.errors import InputError
 from simrecon.evidence import resample, sides
 from simrecon.geometry import camera as cameras
 from simrecon.geometry import rotations
-from simrecon.kinematics.layout import SEGMENTS
+from simrecon.kinematics import fitting
+from simrecon.kinematics.layout import LOG_SCALE, SEGMENTS, split
+from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.observe import by_point, observe
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene, SceneItem
@@ -60,6 +62,22 @@ def test_a_motion_is_recovered_from_noisy_evidence(
     assert not fit.interpolated.any()
     assert fit.qpos.shape == (T, 71)
     np.testing.assert_allclose(np.linalg.norm(fit.qpos[:, 3:].reshape(T, SEGMENTS, 4), axis=-1), 1.0)
+
+
+def test_size_stays_near_the_answer_while_poses_are_found(
+    make: Makers, walk: Walk, camera: Camera, weights: Kinematics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes = []
+
+    class Watched(Objective):
+        def __call__(self, x: Array) -> tuple[float, Array]:
+            sizes.append(float(np.exp(split(x, T)[2][LOG_SCALE])))
+            return super().__call__(x)
+
+    monkeypatch.setattr(fitting, "Objective", Watched)
+    evidence = replace(make.seen(walk, camera, noise_px=1.0, noise_m=0.01), height_m=1.75)
+    kinematics.fit(evidence, Scene(), weights)
+    assert min(sizes) > 0.99 * sizes[-1]  # 0.98 if it is free from the start; in real clips down to 0.6
 
 
 def test_left_and_right_mixed_up_in_a_run_of_frames_cost_nothing(
