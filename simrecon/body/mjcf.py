@@ -28,6 +28,7 @@ def make(skeleton: Skeleton, primitives: tuple[Primitive, ...], mass_kg: float) 
     _set_solver(spec.option)
     data = resources.toml("models", "body", "mass.toml")
     contact, passive = data["contact"], data["joint"]
+    spec.default.geom.solimp = contact["solimp"]
     bodies = _add_segments(spec, skeleton, passive["damping_Nmspradkg"] * mass_kg, passive["armature_kgm2"])
     for primitive in primitives:
         _add_primitive(bodies[primitive.segment], primitive, contact["friction"])
