@@ -28,6 +28,8 @@ from simrecon.types import Array, Camera, ContactWish, Evidence, KinematicFit, P
 
 LENS_EVALUATIONS = 80
 """Of each fit with a focal length that is tried."""
+FAR = 10
+"""Evaluations of a round far from the answer, where the curvature soon is another."""
 
 
 @blas.one_thread()
@@ -173,13 +175,14 @@ def _with_floor(
 
 
 def _minimise(problem: Problem, variables: Variables) -> tuple[Variables, int]:
-    """Find poses for a round, then size and lengths, too; without poses to optimise the start is the end.
+    """Find poses first, then size and lengths, too; without poses to optimise the start is the end.
 
     Far from the answer, who shrinks obeys the terms of contact and time best: with size free from the start,
     people went to half their stature in the first round, and took hundreds of evaluations to come back.
     """
     evaluations = problem.plan.evaluations if problem.plan.poses else 0
     minimise = partial(search.minimise, Objective(problem), partial(curvature, problem))
-    variables, used = minimise(variables, min(search.ROUND, evaluations), shared=False)
-    variables, more = minimise(variables, evaluations - used)
-    return variables, used + more
+    variables, first = minimise(variables, min(FAR, evaluations), shared=False)
+    variables, more = minimise(variables, min(3 * FAR, evaluations - first), anew=FAR)
+    variables, rest = minimise(variables, evaluations - first - more)
+    return variables, first + more + rest

@@ -14,7 +14,7 @@ without effort. S is what keeps a plan `steady`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class World:
     masses: Masses
     stature_m: float
     friction: Array
-    scales: Scales = field(default_factory=Scales)
+    scales: Scales
     asked: Asked | None = None
 
     def in_units(self, share: float) -> World:

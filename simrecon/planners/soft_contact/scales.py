@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simrecon.plan import SoftContact
 from simrecon.types import Array
 
 SEATED = ("pelvis", "left_hip", "right_hip")
@@ -25,13 +26,26 @@ class Scales:
         place_m: σ_p, of the centre of mass about that of the fit.
     """
 
-    share: float = 0.05
-    distance_m: float = 0.01
-    slip_mps: float = 0.1
-    rest: float = 1e-3
-    seat: float = 1.0
-    rate_per_s: float = 5.0
-    place_m: float = 0.03
+    share: float
+    distance_m: float
+    slip_mps: float
+    rest: float
+    seat: float
+    rate_per_s: float
+    place_m: float
+
+    @classmethod
+    def of(cls, asked: SoftContact) -> Scales:
+        """Those that a plan asks for, in the unit of its first round."""
+        return cls(
+            asked.units[0],
+            asked.distance_m,
+            asked.slip_mps,
+            asked.rest,
+            asked.seat,
+            asked.rate_per_s,
+            asked.place_m,
+        )
 
     def rests(self, segments: Sequence[str]) -> Array:
         """ε_i of contacts (G,) by the names of their segments: less of those on which one sits."""

@@ -63,12 +63,4 @@ def _world(fit: KinematicFit, asked: SoftContact, scale: float) -> World:
     """What the term of a fit's person, of a scale, and scene knows, in the units that are asked for."""
     surfaces = [fit.scene.ground.friction, *(item.friction for item in fit.scene.items)]
     friction = np.array([surface.sliding for surface in surfaces])
-    scales = Scales(
-        distance_m=asked.distance_m,
-        slip_mps=asked.slip_mps,
-        rest=asked.rest,
-        seat=asked.seat,
-        rate_per_s=asked.rate_per_s,
-        place_m=asked.place_m,
-    )
-    return World(Masses.of(fit.body).scaled(1.0 / scale), fit.body.height_m, friction, scales)
+    return World(Masses.of(fit.body).scaled(1.0 / scale), fit.body.height_m, friction, Scales.of(asked))
