@@ -17,6 +17,7 @@ from simrecon.kinematics import fitting
 from simrecon.kinematics.layout import LOG_SCALE, SEGMENTS, split
 from simrecon.kinematics.objective import Objective
 from simrecon.kinematics.observe import by_point, observe
+from simrecon.kinematics.state import State
 from simrecon.plan import Kinematics
 from simrecon.types import Array, Camera, Evidence, KinematicFit, Scene, SceneItem
 from tests.kinematics.conftest import Makers, Walk
@@ -70,9 +71,9 @@ def test_size_stays_near_the_answer_while_poses_are_found(
     sizes = []
 
     class Watched(Objective):
-        def __call__(self, x: Array) -> tuple[float, Array]:
+        def __call__(self, x: Array, state: State | None = None) -> tuple[float, Array]:
             sizes.append(float(np.exp(split(x, T)[2][LOG_SCALE])))
-            return super().__call__(x)
+            return super().__call__(x, state)
 
     monkeypatch.setattr(fitting, "Objective", Watched)
     evidence = replace(make.seen(walk, camera, noise_px=1.0, noise_m=0.01), height_m=1.75)
