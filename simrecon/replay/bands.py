@@ -158,6 +158,7 @@ def forces(
         uniform_filter1d(values, width, axis=0, mode="nearest")
         for values in ((force + asked) / 2, square, (touching + presses) / 2)
     )
+    probability = np.clip(probability, 0.0, 1.0)  # a running mean rounds
     variance = np.maximum(square - centre**2, 0.0) + (told.floor * GRAVITY_MPS2 * body.mass_kg) ** 2
     both = _either(probability, body).prod(axis=-1)  # (T,)
     variance[:, :2, 2] += np.square(told.share * both * centre[:, 2, 2])[:, None]

@@ -62,7 +62,7 @@ def test_standing_weighs_the_body_weight(standing: Any) -> None:
     left, right = (
         motion.contact_force_N[15:, motion.contact_body.index(f"{s}_foot"), 2] for s in ("left", "right")
     )
-    assert np.allclose(left, right, rtol=0.05)
+    assert np.allclose(left, right, rtol=0.15)  # who sways by a centimetre shifts a tenth of the load
 
 
 def test_contact_forces_move_the_centre_of_mass(standing: Any) -> None:

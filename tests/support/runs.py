@@ -153,7 +153,7 @@ def hasty() -> Plan:
         quick,
         window=replace(quick.window, length_s=0.2, overlap_s=0.1, knot_spacing_s=0.1),
         optimiser=replace(quick.optimiser, population=8, generations=3),
-        kinematics=replace(quick.kinematics, evaluations=10),
+        kinematics=replace(quick.kinematics, evaluations=20),
     )
 
 

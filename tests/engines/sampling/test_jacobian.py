@@ -29,7 +29,7 @@ from tests.engines.conftest import Makers
 FRAMES = 9
 MOVE = 1e-5
 """Of an unknown, in deviations."""
-TOLERANCE = 1e-3
+TOLERANCE = 2e-3
 """Of the largest slope: how contacts give way depends weakly on the pose, which is left out."""
 
 BALL = """
@@ -228,7 +228,7 @@ def test_the_gradient_of_what_is_pushed(kind: str, name: str) -> None:
     (term,) = (term for term in here.task.terms if term.name == name)
     expected = loss_slopes(kind)[name]
     assert np.abs(expected).max() > 0.01
-    assert_near(2 * here.with_terms(term).gradient, expected, 3e-3)
+    assert_near(2 * here.with_terms(term).gradient, expected, 8e-3)
 
 
 @pytest.mark.parametrize("kind", KINDS)

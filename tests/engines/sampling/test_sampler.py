@@ -220,7 +220,7 @@ def test_samples_after_a_descent_are_spread_for_the_rise_of_the_plan(make: type[
 
 
 def test_the_first_state_may_be_free(make: type[Makers]) -> None:
-    plan = make.settings(length_s=0.2, overlap_s=0.1, population=8, generations=3, start=0.02)
+    plan = make.settings(length_s=0.2, overlap_s=0.1, population=8, generations=3, start=0.005)
     problem = make.clip(plan)
     kinematic = warm_start.from_fit(problem).state
     results = solve(problem, plan)
