@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from simrecon import body as bodies
-from simrecon import prior
+from simrecon import prior, resources
+from simrecon import scene as scenes
 from simrecon.body import primitives
 from simrecon.body.skeleton import joints
 from simrecon.geometry import rotations
-from simrecon.types import Array, Body, Evidence, Skeleton
+from simrecon.sim.models import compile_text
+from simrecon.types import Array, Body, Evidence, Ground, Scene, SceneItem, Skeleton
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
@@ -327,3 +329,14 @@ def test_a_head_of_another_size_than_the_body_leaves_the_simulated_stature_to_th
     higher_m = primitives.upright_m(body) - bodies.stature_m(skeleton)
     assert higher_m == pytest.approx(0.125 * 1.7 - top)
     assert higher_m > 0.02
+
+
+def test_contact_gives_way_on_the_person_and_on_what_they_touch(body: Body) -> None:
+    """The scene's contact counts, so it has to be as soft; a sprung floor gives way by itself."""
+    soft = resources.toml("models", "body", "mass.toml")["contact"]["solimp"]
+    step = SceneItem("step", "box", (1.0, 0.0, 0.0), {"size_m": (0.4, 0.8, 0.12)})
+    model = compile_text(scenes.build(body.mjcf, Scene(items=(step,)), 0.005))
+    np.testing.assert_allclose(model.geom_solimp, np.tile(soft, (model.ngeom, 1)))
+    sprung = Scene(Ground(stiffness_Npm=2e4, damping_Nspm=400.0))
+    ground = compile_text(scenes.build(body.mjcf, sprung, 0.005)).geom(scenes.GROUND_GEOM)
+    assert ground.solimp[0] > 0.999

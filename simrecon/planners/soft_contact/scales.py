@@ -38,13 +38,13 @@ class Scales:
     def of(cls, asked: SoftContact) -> Scales:
         """Those that a plan asks for, in the unit of its first round."""
         return cls(
-            asked.units[0],
-            asked.distance_m,
-            asked.slip_mps,
-            asked.rest,
-            asked.seat,
-            asked.rate_per_s,
-            asked.place_m,
+            share=asked.units[0],
+            distance_m=asked.distance_m,
+            slip_mps=asked.slip_mps,
+            rest=asked.rest,
+            seat=asked.seat,
+            rate_per_s=asked.rate_per_s,
+            place_m=asked.place_m,
         )
 
     def rests(self, segments: Sequence[str]) -> Array:
