@@ -25,6 +25,9 @@ from simrecon.planners.soft_contact.scales import Scales
 from simrecon.types import Array, Evidence, KinematicFit
 from tests.planners.conftest import SETTINGS
 
+SIX_DIGITS_M = 3e-6
+"""What MJCF's six digits leave of a place, along a chain of bones."""
+
 
 @pytest.fixture(scope="module")
 def start(fit: KinematicFit, seen: Evidence) -> tuple[Planned, Variables]:
@@ -65,9 +68,7 @@ def test_the_person_of_a_fit_is_taken_up_as_it_was_measured(
         np.testing.assert_allclose(ours_m, theirs_m, atol=1e-6)
     state = State(planned.problem, variables)
     com, marks = configurations(fit.body, fit.qpos)
-    np.testing.assert_allclose(
-        np.swapaxes(marks, 0, 1), state.landmarks_m, atol=3e-6
-    )  # MJCF keeps six digits
+    np.testing.assert_allclose(np.swapaxes(marks, 0, 1), state.landmarks_m, atol=SIX_DIGITS_M)
     np.testing.assert_allclose(com, Motion(state, planned.world).com_m, atol=1e-5)
     assert np.abs(variables.lengths).max() > 1e-3
 
@@ -112,9 +113,7 @@ def test_the_body_of_a_plan_is_the_one_that_was_searched(
     state = State(planned.problem, moved)
     qpos = layout.to_qpos(moved.root_m, planned.problem.base, moved.rotvecs)
     com, marks = configurations(body, qpos)
-    np.testing.assert_allclose(
-        np.swapaxes(marks, 0, 1), state.landmarks_m, atol=3e-6
-    )  # MJCF keeps six digits
+    np.testing.assert_allclose(np.swapaxes(marks, 0, 1), state.landmarks_m, atol=SIX_DIGITS_M)
     np.testing.assert_allclose(com, Motion(state, planned.world).com_m, atol=1e-3)  # soles have mass
     assert mujoco.MjModel.from_xml_string(body.mjcf).body_mass.sum() == pytest.approx(fit.body.mass_kg)
     taller = bodies.stature_m(body.skeleton) / bodies.stature_m(fit.body.skeleton)

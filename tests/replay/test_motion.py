@@ -59,10 +59,15 @@ def test_standing_weighs_the_body_weight(standing: Any) -> None:
     assert np.abs(late[:, :2]).max() < 0.02 * weight
     loaded = {motion.contact_body[i] for i in np.flatnonzero(motion.contact_force_N.any(axis=(0, 2)))}
     assert loaded == {"left_foot", "right_foot"}
-    left, right = (
-        motion.contact_force_N[15:, motion.contact_body.index(f"{s}_foot"), 2] for s in ("left", "right")
+    feet = [motion.contact_body.index(f"{side}_foot") for side in ("left", "right")]
+    (left, right), (left_m, right_m) = (
+        np.moveaxis(values[15:, feet], 1, 0)
+        for values in (motion.contact_force_N[..., 2], motion.contact_point_m[..., 1])
     )
-    assert np.allclose(left, right, rtol=0.15)  # who sways by a centimetre shifts a tenth of the load
+    # by the lever about the right foot, wherever the centre of mass is between them
+    share = (motion.com_m[15:, 1] - right_m) / (left_m - right_m)
+    assert np.allclose(left, share * weight, rtol=0.05)
+    assert np.allclose(right, (1.0 - share) * weight, rtol=0.05)
 
 
 def test_contact_forces_move_the_centre_of_mass(standing: Any) -> None:
